@@ -1,0 +1,4 @@
+//! Under construction.
+
+pub mod render;
+pub mod scene;

@@ -1,0 +1,3 @@
+//! From a scene to a picture.
+
+pub mod intersect;
