@@ -1,4 +1,36 @@
-//! Under construction.
+//! Renders woven cloth from a WIF draft: the library behind the program `selvedge`.
+//!
+//! ```text
+//! DRAFT.wif ──draft──▶ Drawdown ──fabric──▶ Cloth ──▶ Shader ─┐
+//!                             scene::drape, scene::light ─────┴▶ Scene ──render──▶ Film ──image──▶ PNG, EXR
+//! ```
+//!
+//! World space is in metres, right-handed, z up. Cloth coordinates are lengths in metres, u along
+//! the weft and v along the warp. Radiance is linear, with the primaries of sRGB, in units in which
+//! a white card on the floor of the built-in scene is about 1.
+//!
+//! Equal input gives equal bits, for any number of threads.
 
+pub mod args;
+pub mod command;
+pub mod draft;
+pub mod fabric;
+pub mod image;
 pub mod render;
 pub mod scene;
+
+pub use glam;
+
+use args::{Arguments, Command};
+
+/// Does what the command line says.
+///
+/// # Errors
+///
+/// What was asked for could not be done; then no output was left behind. The messages of the chain,
+/// outermost first, make one line: *where: what was found, expected what*.
+pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    match &arguments.command {
+        Command::Render(options) => command::render::run(options),
+    }
+}

@@ -1,8 +1,8 @@
 //! Files made to be expensive: memory stays in proportion to their bytes, and so does time.
-//!
-//! One test, so that it has its process, and the peak of memory, for itself.
 
+use std::fmt::Write;
 use std::fs;
+use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use selvedge_wif::{limits, parse};
@@ -10,6 +10,9 @@ use selvedge_wif::{limits, parse};
 /// Most bytes of memory for each byte of a file, and beside that.
 const PER_BYTE: usize = 64;
 const BESIDE: usize = 1 << 20;
+
+/// Held while memory is measured, which is that of the whole process.
+static MEASURING: Mutex<()> = Mutex::new(());
 
 /// The peak of resident memory since the last call, and what is resident now, in bytes; `None`
 /// where the system does not tell.
@@ -82,6 +85,7 @@ fn files(bytes: usize) -> Vec<(&'static str, Vec<u8>)> {
 
 #[test]
 fn no_file_takes_more_than_its_share() {
+    let _alone = MEASURING.lock();
     let mut measured = false;
     for bytes in [1 << 20, 4 << 20] {
         for (name, file) in files(bytes) {
@@ -95,7 +99,7 @@ fn no_file_takes_more_than_its_share() {
                 let most = PER_BYTE * file.len() + BESIDE;
                 assert!(taken <= most, "{name}, {} bytes: {taken} of {most} bytes", file.len());
             }
-            // In proportion, this is half an hour for the 4 GiB that a file may have.
+            // A hundred times what it takes; what is quadratic takes minutes.
             let most =
                 Duration::from_millis(200) + Duration::from_micros(1) * (file.len() / 2) as u32;
             assert!(elapsed < most, "{name}, {} bytes: {elapsed:?}, allowed {most:?}", file.len());
@@ -105,5 +109,34 @@ fn no_file_takes_more_than_its_share() {
     }
     if !measured {
         println!("memory not measured: /proc/self/clear_refs cannot be written");
+    }
+}
+
+#[test]
+fn ten_thousand_by_ten_thousand_threads_weave_in_forty_megabytes() {
+    let _alone = MEASURING.lock();
+    let mut file = String::from("[WARP]\nThreads=10000\n[WEFT]\nThreads=10000\n[THREADING]\n");
+    (1..=10_000)
+        .for_each(|end| writeln!(file, "{end}={}", end % 32 + 1).expect("a string takes it"));
+    file.push_str("[LIFTPLAN]\n");
+    for pick in 1..=10_000 {
+        write!(file, "{pick}=1").expect("a string takes it");
+        let shafts = (2..=32).filter(|shaft| (pick * 7 + shaft * shaft) % 3 > 0);
+        shafts.for_each(|shaft| write!(file, ",{shaft}").expect("a string takes it"));
+        file.push('\n');
+    }
+    let before = peak_and_now();
+    let start = Instant::now();
+    let drawdown = parse(file.as_bytes()).draft.and_then(|draft| draft.drawdown().ok());
+    let elapsed = start.elapsed();
+    let after = peak_and_now();
+    assert_eq!(drawdown.map(|cloth| (cloth.ends(), cloth.picks())), Some((10_000, 10_000)));
+    assert!(elapsed < Duration::from_secs(1), "took {elapsed:?}");
+    match (before, after) {
+        (Some((_, before)), Some((peak, _))) => {
+            let taken = peak.saturating_sub(before);
+            assert!(taken < 40_000_000, "took {taken} bytes");
+        }
+        _ => println!("memory not measured: /proc/self/clear_refs cannot be written"),
     }
 }

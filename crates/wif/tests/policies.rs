@@ -47,7 +47,7 @@ fn grid(drawdown: &Drawdown) -> Vec<String> {
 
 #[track_caller]
 fn woven(text: &str) -> Vec<String> {
-    grid(&draft(text).drawdown().unwrap())
+    grid(&draft(text).drawdown().expect("the draft has a plan"))
 }
 
 #[test]

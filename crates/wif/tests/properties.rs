@@ -90,7 +90,7 @@ fn foreign() -> impl Strategy<Value = ForeignSection> {
     let lines = vec("[a-z;= ]{0,6}", 0..4);
     ("(PRIVATE|TW) [a-z]{1,4}", lines).prop_map(|(name, lines)| {
         let text = lines.join("\n");
-        ForeignSection { name, text: text.trim_end_matches(|c| c == '\n' || c == ' ').to_owned() }
+        ForeignSection { name, text: text.trim_end_matches(['\n', ' ']).to_owned() }
     })
 }
 
@@ -201,7 +201,7 @@ fn damaged(damages: &[Damage]) -> Vec<u8> {
             Damage::Replace(at, byte) => bytes[at % length] = byte,
             Damage::Remove(at) => drop(bytes.remove(at % length)),
             Damage::Insert(at, piece) => {
-                drop(bytes.splice(at % length..at % length, piece.bytes()))
+                drop(bytes.splice(at % length..at % length, piece.bytes()));
             }
             Damage::DoubleLine(at) => {
                 lines.insert(at % count, lines[at % count].clone());
@@ -237,7 +237,7 @@ fn check_bytes(bytes: &[u8]) -> Result<(), TestCaseError> {
         let text = draft.to_wif();
         let again = parse(text.as_bytes());
         prop_assert_eq!(again.draft.as_ref(), Some(&draft), "by way of\n{}", text);
-        prop_assert_eq!(again.draft.unwrap().to_wif(), text);
+        prop_assert_eq!(again.draft.map(|draft| draft.to_wif()), Some(text));
     }
     Ok(())
 }

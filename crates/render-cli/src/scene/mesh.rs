@@ -149,6 +149,16 @@ impl Mesh {
         self.triangles[triangle as usize].map(|i| self.positions[i as usize])
     }
 
+    /// Position on the cloth in metres, as [`Mesh::surface`] has it; in a fraction of its time.
+    ///
+    /// # Panics
+    ///
+    /// When `triangle` is not below the number of triangles.
+    pub fn uv(&self, triangle: u32, barycentrics: Vec3) -> Vec2 {
+        let [a, b, c] = self.triangles[triangle as usize].map(|i| self.uvs[i as usize]);
+        a * barycentrics.x + b * barycentrics.y + c * barycentrics.z
+    }
+
     /// The surface at the point of `triangle` whose weights of the three corners are
     /// `barycentrics` (≥ 0, sum 1), as a [`Hit`](crate::render::intersect::Hit) reports them.
     ///
@@ -172,7 +182,7 @@ impl Mesh {
             position: mix(&self.positions),
             geometric_normal: (b - a).cross(c - a).normalize_or(normal),
             normal,
-            uv: uv_a * weights[0] + uv_b * weights[1] + uv_c * weights[2],
+            uv: self.uv(triangle, barycentrics),
             dp_du,
             dp_dv,
         }

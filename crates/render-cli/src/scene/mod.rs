@@ -1,4 +1,190 @@
-//! What is rendered: meshes and the built-in scene.
+//! What is rendered: meshes, their materials, lights and a camera.
 
 pub mod drape;
+pub mod light;
 pub mod mesh;
+
+use glam::Vec3;
+use selvedge_yarn_brdf::Shader;
+use thiserror::Error;
+
+use self::{
+    drape::{BuiltIn, CameraPlacement, SideError},
+    light::{AreaLight, Sky},
+    mesh::Mesh,
+};
+use crate::render::intersect::{Geometry, GeometryError, Hit, Ray};
+
+/// A scene ready for rays.
+#[derive(Debug)]
+pub struct Scene {
+    /// Where the camera stands.
+    pub camera: CameraPlacement,
+    /// The light that gives shape and shadows.
+    pub key_light: AreaLight,
+    /// The light from all around.
+    pub sky: Sky,
+    surfaces: Vec<Surface>,
+    geometry: Geometry,
+}
+
+/// A mesh and what it is made of.
+#[derive(Debug)]
+pub struct Surface {
+    /// Its shape; for cloth, its uv tell the place on the cloth.
+    pub mesh: Mesh,
+    /// Of both its sides.
+    pub material: Material,
+}
+
+/// What a surface does with light.
+#[derive(Debug)]
+pub enum Material {
+    /// Scatters evenly: the reflectance, linear, each component in [0, 1].
+    Matte(Vec3),
+    /// Woven cloth, through whose gaps rays pass.
+    Cloth(Shader),
+}
+
+/// Why there is no scene.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
+pub enum SceneError {
+    /// The built-in cloth cannot be that large.
+    #[error(transparent)]
+    Side(#[from] SideError),
+    /// The meshes are too much for the hierarchy.
+    #[error(transparent)]
+    Geometry(#[from] GeometryError),
+}
+
+/// Neutral grey of the floor, as of backdrop paper.
+const FLOOR: Vec3 = Vec3::splat(0.5);
+
+/// Radiance of the key light, slightly warm: lets a white card on the floor reflect 0.6.
+const KEY: Vec3 = Vec3::new(20.8, 20.0, 18.6);
+
+/// Slightly cool: lets a white card under the open sky reflect 0.4.
+const SKY: Sky = Sky { zenith: Vec3::new(0.45, 0.5, 0.57), horizon: Vec3::new(0.19, 0.2, 0.215) };
+
+impl Scene {
+    /// The scene of `surfaces`.
+    ///
+    /// # Errors
+    ///
+    /// [`GeometryError`] when the meshes are too much for the hierarchy.
+    pub fn new(
+        surfaces: Vec<Surface>,
+        camera: CameraPlacement,
+        key_light: AreaLight,
+        sky: Sky,
+    ) -> Result<Self, GeometryError> {
+        let meshes: Vec<_> = surfaces.iter().map(|surface| &surface.mesh).collect();
+        let geometry = Geometry::new(&meshes)?;
+        Ok(Self { camera, key_light, sky, surfaces, geometry })
+    }
+
+    /// The built-in scene: a square of cloth of `side` metres over a rounded form, lit like a
+    /// product in a studio. A white card on its floor has radiance 1, more or less, whatever the
+    /// side.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError`] when the side is outside the range of [`BuiltIn::new`].
+    pub fn built_in(cloth: Shader, side: f32) -> Result<Self, SceneError> {
+        let built_in = BuiltIn::new(side)?;
+        let surfaces = vec![
+            Surface { mesh: built_in.cloth, material: Material::Cloth(cloth) },
+            Surface { mesh: built_in.floor, material: Material::Matte(FLOOR) },
+            Surface { mesh: built_in.form, material: Material::Matte(FLOOR) },
+        ];
+        let key_light = AreaLight { shape: built_in.key_light, radiance: KEY };
+        Ok(Self::new(surfaces, built_in.camera, key_light, SKY)?)
+    }
+
+    /// The surface that a hit of this scene is on.
+    pub fn surface(&self, hit: &Hit) -> &Surface {
+        &self.surfaces[hit.mesh as usize]
+    }
+
+    /// Shapes of all surfaces, without their gaps.
+    pub fn geometry(&self) -> &Geometry {
+        &self.geometry
+    }
+
+    /// The nearest hit on the ray that is not a gap in cloth.
+    pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
+        self.geometry.intersect_where(ray, 0.0, f32::INFINITY, |hit| self.is_solid(hit))
+    }
+
+    /// Whether anything but gaps lies on the ray nearer than `distance` metres.
+    pub fn occluded(&self, ray: &Ray, distance: f32) -> bool {
+        self.geometry.occluded_where(ray, 0.0, distance, |hit| self.is_solid(hit))
+    }
+
+    fn is_solid(&self, hit: &Hit) -> bool {
+        let Surface { mesh, material } = self.surface(hit);
+        match material {
+            Material::Matte(_) => true,
+            Material::Cloth(shader) => {
+                let uv = mesh.uv(hit.triangle, hit.barycentrics);
+                shader.opacity(uv.as_dvec2()) > 0.0
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec2;
+    use selvedge_yarn_brdf::{Cloth, Thread, Weave, Yarn};
+
+    use super::*;
+    use crate::scene::drape::RectangleLight;
+
+    /// A square of plain-woven cloth of side 10 mm at z = 0: threads every 0.5 mm.
+    fn cloth(diameter: f64) -> Scene {
+        let thread = Thread { color: [0.5; 3], pitch: Some(5e-4), diameter: Some(diameter) };
+        let threads = [thread.clone(), thread];
+        let weave = Weave::new(2, 2, |end, pick| (end + pick) % 2 == 0).unwrap();
+        let cloth = Cloth::from_threads(weave, &threads, &threads, Yarn::default()).unwrap();
+        let uvs = [Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y].map(|corner| corner * 0.01);
+        let mesh = Mesh::with_smooth_normals(
+            uvs.map(|uv| uv.extend(0.0)).into(),
+            uvs.into(),
+            vec![[0, 1, 2], [0, 2, 3]],
+        );
+        let material = Material::Cloth(cloth.prepare().unwrap());
+        let shape = RectangleLight { centre: Vec3::Z, half_u: Vec3::Y, half_v: Vec3::X };
+        let camera = CameraPlacement {
+            position: Vec3::Z,
+            target: Vec3::ZERO,
+            up: Vec3::Y,
+            horizontal_fov: 1.0,
+        };
+        let light = AreaLight { shape, radiance: Vec3::ONE };
+        Scene::new(vec![Surface { mesh: mesh.unwrap(), material }], camera, light, SKY).unwrap()
+    }
+
+    /// The share of rays from above that pass through.
+    fn gaps(scene: &Scene) -> f64 {
+        let n = 101;
+        let mut passed = 0;
+        for k in 0..n * n {
+            let place = (Vec2::new((k % n) as f32, (k / n) as f32) + 0.5) * (0.01 / n as f32);
+            let ray = Ray { origin: place.extend(1.0), direction: Vec3::NEG_Z };
+            let passes = scene.intersect(&ray).is_none();
+            assert_eq!(scene.occluded(&ray, 2.0), !passes, "{place}");
+            passed += u32::from(passes);
+        }
+        f64::from(passed) / f64::from(n * n)
+    }
+
+    #[test]
+    fn rays_pass_through_the_gaps_of_open_cloth_only() {
+        assert_eq!(gaps(&cloth(5e-4)), 0.0);
+        // Threads of half the pitch leave half the width both ways.
+        let open = gaps(&cloth(2.5e-4));
+        assert!((open - 0.25).abs() < 0.02, "{open}, expected 0.25");
+    }
+}

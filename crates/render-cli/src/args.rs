@@ -1,0 +1,114 @@
+//! The command line as data.
+
+use std::path::PathBuf;
+
+use clap::{
+    Args, Parser, Subcommand,
+    builder::{PathBufValueParser, TypedValueParser},
+};
+use thiserror::Error;
+
+use crate::{image::Format, render::film::Size, render::sampler::MAX_SAMPLES};
+
+/// Renders woven cloth from a weaver's draft.
+#[derive(Clone, Debug, Parser)]
+#[command(name = "selvedge", version, about, arg_required_else_help = true)]
+pub struct Arguments {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// What to do.
+#[derive(Clone, Debug, Subcommand)]
+pub enum Command {
+    /// Draws the cloth of a draft, draped over a rounded form
+    ///
+    /// The face of the cloth is up. End 1 is at the left edge of the cloth and pick 1 at its near
+    /// edge, as in a drawdown that starts at the bottom left; from there the draft repeats to the
+    /// right and away from the camera. The cloth is 42 cm square, and the draft's own spacing
+    /// gives the size of the weave.
+    ///
+    /// Exit codes: 0 done, 1 failed, 2 wrong command line. What fails leaves no output behind.
+    Render(RenderOptions),
+}
+
+/// Arguments of `selvedge render`.
+#[derive(Clone, Debug, Args)]
+pub struct RenderOptions {
+    /// The draft, a WIF file; - reads standard input
+    #[arg(value_name = "DRAFT")]
+    pub draft: PathBuf,
+
+    /// Where the picture goes: .png (sRGB) or .exr (linear radiance)
+    #[arg(short, long, value_name = "FILE", value_parser = PathBufValueParser::new().try_map(Output::new))]
+    pub output: Output,
+
+    /// Width and height in pixels, at most 67108864 pixels
+    #[arg(long, value_name = "WxH", default_value = "960x640")]
+    pub size: Size,
+
+    /// Samples per pixel, best a power of two; four times as many halve the noise
+    #[arg(long, value_name = "N", default_value_t = 32, value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SAMPLES)))]
+    pub spp: u32,
+
+    /// Chooses the noise: equal seeds give equal pictures
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u64,
+
+    /// Threads to use [default: one per processor]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+
+    /// No warnings, progress or summary; errors are still told
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+/// A file for a picture, of a format that its extension tells.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Output {
+    /// The file.
+    pub path: PathBuf,
+    /// Its format.
+    pub format: Format,
+}
+
+/// A name for an output that ends in neither `.png` nor `.exr`.
+#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
+#[error("expected a name that ends in .png or .exr")]
+pub struct UnknownExtension;
+
+impl Output {
+    /// The file at `path`, in the format of its extension in upper or lower case.
+    ///
+    /// # Errors
+    ///
+    /// [`UnknownExtension`] when there is no format for it.
+    pub fn new(path: PathBuf) -> Result<Self, UnknownExtension> {
+        let format = Format::of_extension(&path).ok_or(UnknownExtension)?;
+        Ok(Self { path, format })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    #[test]
+    fn command_line_is_consistent() {
+        Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn extension_tells_the_format_in_any_case() {
+        let format = |text: &str| Output::new(text.into()).map(|output| output.format);
+        assert_eq!(format("a.png"), Ok(Format::Png));
+        assert_eq!(format("b.c/a.EXR"), Ok(Format::Exr));
+        for text in ["a.jpg", "a", "png", ".png", ""] {
+            assert_eq!(format(text), Err(UnknownExtension), "{text}");
+        }
+    }
+}

@@ -1,0 +1,84 @@
+//! `selvedge render`: the cloth of a draft in the built-in scene.
+
+use std::{
+    fmt,
+    io::{self, Write},
+    time::Instant,
+};
+
+use anyhow::Context;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use rayon::ThreadPoolBuilder;
+
+use crate::{
+    args::RenderOptions,
+    draft, fabric,
+    image::{self, Destination},
+    render::{self, Settings},
+    scene::{Scene, drape::DEFAULT_SIDE},
+};
+
+/// Renders `options.draft` into `options.output`.
+///
+/// Warnings about the draft, a progress bar and a summary go to stderr unless `options.quiet`.
+///
+/// # Errors
+///
+/// When the draft cannot be read or woven, or the output cannot be written; that is found out
+/// before the work is done, and no output is left behind.
+pub fn run(options: &RenderOptions) -> anyhow::Result<()> {
+    let started = Instant::now();
+    let destination = Destination::new(&options.output.path)?;
+    let source = draft::read(&options.draft)?;
+    if !options.quiet {
+        for warning in source.warnings() {
+            tell(warning);
+        }
+    }
+    let drawdown = source.drawdown()?;
+    let cloth = fabric::cloth(&drawdown).context(source.name().to_owned())?;
+    let size = cloth.size() * 1e3;
+
+    let pool = ThreadPoolBuilder::new()
+        .num_threads(options.threads.map_or(0, usize::from))
+        .build()
+        .context("threads: cannot be started")?;
+    let settings = Settings { size: options.size, spp: options.spp, seed: options.seed };
+    let film = pool.install(|| -> anyhow::Result<_> {
+        let shader = cloth.prepare().context(source.name().to_owned())?;
+        let scene = Scene::built_in(shader, DEFAULT_SIDE)?;
+        let bar = progress_bar(options);
+        let film = render::render(&scene, &settings, || bar.inc(1));
+        bar.finish_and_clear();
+        Ok(film)
+    })?;
+
+    destination.write(&image::encode(&film, options.output.format)?)?;
+    if !options.quiet {
+        tell(format_args!(
+            "{}: {} ends x {} picks, repeat {:.1} x {:.1} mm, {} spp, {:.1} s",
+            options.output.path.display(),
+            drawdown.ends(),
+            drawdown.picks(),
+            size.x,
+            size.y,
+            options.spp,
+            started.elapsed().as_secs_f64()
+        ));
+    }
+    Ok(())
+}
+
+/// Writes to stderr; where nobody listens, a message is no reason to fail.
+fn tell(message: impl fmt::Display) {
+    let _ = writeln!(io::stderr(), "{message}");
+}
+
+/// One step per row; draws nothing where stderr is not a terminal.
+fn progress_bar(options: &RenderOptions) -> ProgressBar {
+    let target =
+        if options.quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
+    let style = ProgressStyle::with_template("{bar:40} {percent:>3} %, {eta} left")
+        .expect("the template names fields of indicatif");
+    ProgressBar::with_draw_target(Some(options.size.height().into()), target).with_style(style)
+}

@@ -1,0 +1,162 @@
+//! What rays expose: the size of a picture, its pixels, and the filter that makes them.
+
+use std::{f32::consts::TAU, str::FromStr};
+
+use glam::{Vec2, Vec3};
+use rayon::prelude::*;
+use thiserror::Error;
+
+/// Width and height of a picture: at least 1 each, and at most [`MAX_PIXELS`] in all.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Size {
+    width: u32,
+    height: u32,
+}
+
+/// Most pixels of a picture, 2²⁶: 8192 × 8192, which take 0.8 GB of memory.
+pub const MAX_PIXELS: u64 = 1 << 26;
+
+/// What is not a size.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum SizeError {
+    /// The text is not two numbers.
+    #[error("expected width and height in pixels, as in 960x640")]
+    Syntax,
+    /// There are no pixels.
+    #[error("found no pixels, expected at least 1x1")]
+    Empty,
+    /// There are too many pixels.
+    #[error("found {0} pixels, expected at most {MAX_PIXELS}")]
+    TooLarge(u64),
+}
+
+impl Size {
+    /// A size of `width` × `height` pixels.
+    ///
+    /// # Errors
+    ///
+    /// [`SizeError`] when there is no pixel, or are more than [`MAX_PIXELS`].
+    pub fn new(width: u32, height: u32) -> Result<Self, SizeError> {
+        match u64::from(width) * u64::from(height) {
+            0 => Err(SizeError::Empty),
+            pixels if pixels > MAX_PIXELS => Err(SizeError::TooLarge(pixels)),
+            _ => Ok(Self { width, height }),
+        }
+    }
+
+    /// Pixels in a row.
+    pub fn width(self) -> u32 {
+        self.width
+    }
+
+    /// Number of rows.
+    pub fn height(self) -> u32 {
+        self.height
+    }
+}
+
+impl FromStr for Size {
+    type Err = SizeError;
+
+    /// `WIDTHxHEIGHT`
+    fn from_str(text: &str) -> Result<Self, SizeError> {
+        let number = |text: &str| {
+            let digits = !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+            // A number beyond u32 is too large, not unreadable.
+            if digits { Ok(text.parse().unwrap_or(u32::MAX)) } else { Err(SizeError::Syntax) }
+        };
+        let (width, height) = text.split_once(['x', 'X']).ok_or(SizeError::Syntax)?;
+        Self::new(number(width)?, number(height)?)
+    }
+}
+
+/// The pixels of a picture: linear radiance, top row first.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Film {
+    size: Size,
+    pixels: Vec<Vec3>,
+}
+
+impl Film {
+    /// A film on which no light has fallen.
+    pub fn black(size: Size) -> Self {
+        let count = size.width as usize * size.height as usize;
+        Self { size, pixels: vec![Vec3::ZERO; count] }
+    }
+
+    /// Width and height.
+    pub fn size(&self) -> Size {
+        self.size
+    }
+
+    /// All pixels, row after row from the top, each from left to right.
+    pub fn pixels(&self) -> &[Vec3] {
+        &self.pixels
+    }
+
+    /// The rows from the top, each a task of its own.
+    pub fn par_rows_mut(&mut self) -> impl IndexedParallelIterator<Item = &mut [Vec3]> {
+        self.pixels.par_chunks_exact_mut(self.size.width as usize).with_max_len(1)
+    }
+}
+
+/// Standard deviation of the pixel filter, in pixels. What has a period of one pixel is damped to
+/// exp(−2π²σ²) = 0.7 %, so threads finer than pixels become an even tone and not a moiré.
+const FILTER_SIGMA: f32 = 0.5;
+
+/// Where a sample of a pixel lies, in pixels from the pixel's top left corner, for `square` in
+/// [0, 1)².
+///
+/// Places have the density of the pixel filter, a Gaussian around the pixel's middle, so the plain
+/// mean of their radiance is the filtered pixel (Ernst, Stamminger & Greiner 2006). They follow
+/// from the square by the map of Box & Muller 1958.
+pub fn filter_offset(square: Vec2) -> Vec2 {
+    let radius = FILTER_SIGMA * (-2.0 * (1.0 - square.x).ln()).sqrt();
+    Vec2::splat(0.5) + radius * Vec2::from_angle(TAU * square.y)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_are_read_and_bounded() {
+        assert_eq!("960x640".parse(), Size::new(960, 640));
+        assert_eq!("1X1".parse(), Size::new(1, 1));
+        for text in ["", "x", "960", "960x", "x640", "-1x5", "+1x5", "1.5x2", "9 x 9", "1x2x3"] {
+            assert_eq!(text.parse::<Size>(), Err(SizeError::Syntax), "{text}");
+        }
+        assert_eq!("0x640".parse::<Size>(), Err(SizeError::Empty));
+        assert!("8192x8192".parse::<Size>().is_ok());
+        assert_eq!("8192x8193".parse::<Size>(), Err(SizeError::TooLarge(8192 * 8193)));
+        let huge = "99999999999999999999x2".parse::<Size>();
+        assert_eq!(huge, Err(SizeError::TooLarge(2 * u64::from(u32::MAX))));
+    }
+
+    #[test]
+    fn filter_has_its_mean_and_variance() {
+        let n = 256;
+        let places = (0..n * n).map(|k| {
+            let cell = Vec2::new((k % n) as f32, (k / n) as f32);
+            filter_offset((cell + 0.5) / n as f32) - 0.5
+        });
+        let (mut mean, mut variance) = (Vec2::ZERO, Vec2::ZERO);
+        for place in places {
+            mean += place / (n * n) as f32;
+            variance += place * place / (n * n) as f32;
+        }
+        assert!(mean.length() < 1e-4, "{mean}");
+        let expected = Vec2::splat(FILTER_SIGMA * FILTER_SIGMA);
+        // The midpoint rule cuts the tail off: 0.3 % of the variance at n = 256.
+        assert!(variance.abs_diff_eq(expected, 2e-3), "{variance}, expected {expected}");
+    }
+
+    #[test]
+    fn filter_is_finite_at_the_ends_of_the_square() {
+        for square in [Vec2::ZERO, Vec2::splat(1.0 - f32::EPSILON / 2.0)] {
+            let offset = filter_offset(square);
+            assert!(offset.is_finite() && offset.length() < 4.0, "{square}: {offset}");
+        }
+    }
+}

@@ -1,0 +1,119 @@
+//! The numbers that choose paths: a scrambled Sobol sequence of its own for each pixel.
+//!
+//! A number is a function of seed, pixel, sample and dimension; there is no generator to share.
+
+use glam::Vec2;
+
+/// Most samples of a pixel: the length of the sequence.
+pub const MAX_SAMPLES: u32 = 1 << 16;
+
+/// Dimensions of the sequence, in sets of four.
+const DIMENSION_SETS: u32 = sobol_burley::NUM_DIMENSION_SETS_4D;
+
+/// The sequence of one pixel: Sobol points with the hashed Owen scrambling of Burley 2020.
+#[derive(Clone, Copy, Debug)]
+pub struct PixelSampler {
+    scramble: u32,
+}
+
+/// One point of a sequence, read coordinate by coordinate.
+#[derive(Clone, Debug)]
+pub struct Sample {
+    scramble: u32,
+    index: u32,
+    /// Sets of four coordinates used up.
+    sets: u32,
+    /// The last set, and how much of it is used up.
+    set: [f32; 4],
+    used: usize,
+}
+
+impl PixelSampler {
+    /// The sequence of the pixel at column and row `pixel`; another for another `seed`.
+    pub fn new(pixel: [u32; 2], seed: u64) -> Self {
+        let place = u64::from(pixel[0]) << 32 | u64::from(pixel[1]);
+        Self { scramble: (mix(place ^ mix(seed)) >> 32) as u32 }
+    }
+
+    /// Point `index` of the sequence, below [`MAX_SAMPLES`]. Any 2ᵏ points from a multiple of 2ᵏ
+    /// are spread evenly.
+    pub fn sample(&self, index: u32) -> Sample {
+        Sample { scramble: self.scramble, index, sets: 0, set: [0.0; 4], used: 4 }
+    }
+}
+
+impl Sample {
+    /// The next coordinate, in [0, 1).
+    pub fn next_1d(&mut self) -> f32 {
+        if self.used == self.set.len() {
+            // Beyond the last dimension it starts again with another scrambling.
+            let scramble = self.scramble ^ mix((self.sets / DIMENSION_SETS).into()) as u32;
+            self.set = sobol_burley::sample_4d(self.index, self.sets % DIMENSION_SETS, scramble);
+            self.sets += 1;
+            self.used = 0;
+        }
+        self.used += 1;
+        self.set[self.used - 1]
+    }
+
+    /// The next two coordinates, in [0, 1)².
+    pub fn next_2d(&mut self) -> Vec2 {
+        Vec2::new(self.next_1d(), self.next_1d())
+    }
+}
+
+/// A bijection that sends 0 to 0 and spreads every input bit over the output: the finalizer of
+/// SplitMix64 (Steele, Lea & Flood 2014, variant 13).
+fn mix(x: u64) -> u64 {
+    let x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    x ^ (x >> 31)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sixteen_samples_fill_a_four_by_four_grid_in_each_pair() {
+        for pixel in [[0, 0], [1, 0], [959, 639]] {
+            let sampler = PixelSampler::new(pixel, 7);
+            let mut seen = [[0; 16]; 2];
+            for index in 0..16 {
+                let mut sample = sampler.sample(index);
+                for pair in &mut seen {
+                    let cell = (sample.next_2d() * 4.0).as_uvec2();
+                    pair[(cell.y * 4 + cell.x) as usize] += 1;
+                }
+            }
+            assert_eq!(seen[0], [1; 16], "{pixel:?}");
+            let strata = |shift: usize, mask: usize| {
+                let mut counts = [0; 4];
+                for (cell, count) in seen[1].iter().enumerate() {
+                    counts[(cell >> shift) & mask] += count;
+                }
+                counts
+            };
+            assert_eq!((strata(0, 3), strata(2, 3)), ([4; 4], [4; 4]), "{pixel:?}");
+        }
+    }
+
+    #[test]
+    fn pixels_and_seeds_have_sequences_of_their_own() {
+        let first = |pixel, seed| PixelSampler::new(pixel, seed).sample(0).next_2d();
+        let base = first([3, 5], 0);
+        for other in [first([5, 3], 0), first([3, 6], 0), first([3, 5], 1)] {
+            assert_ne!(base, other);
+        }
+        assert_eq!(base, first([3, 5], 0));
+    }
+
+    #[test]
+    fn coordinates_go_on_beyond_the_dimensions_of_the_sequence() {
+        let mut sample = PixelSampler::new([0, 0], 0).sample(1);
+        let first: Vec<f32> = (0..256).map(|_| sample.next_1d()).collect();
+        let second: Vec<f32> = (0..256).map(|_| sample.next_1d()).collect();
+        assert_ne!(first, second);
+        assert!(first.iter().chain(&second).all(|x| (0.0..1.0).contains(x)));
+    }
+}

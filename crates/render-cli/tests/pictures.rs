@@ -1,0 +1,183 @@
+//! Pictures are the same in every run, show the draft the right way round, and say the same in
+//! every format.
+
+use std::{
+    fs,
+    io::Write,
+    path::{Path, PathBuf},
+    process::{Command, Stdio},
+};
+
+use exr::prelude::{ReadChannels, ReadLayers};
+use selvedge_cli::{glam::Vec3, image::view};
+
+fn fixture(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/drafts").join(name)
+}
+
+/// The bytes of the picture that the program draws.
+fn render(draft: &Path, output: &str, options: &str) -> Vec<u8> {
+    let folder = tempfile::tempdir().unwrap();
+    let result = Command::new(env!("CARGO_BIN_EXE_selvedge"))
+        .current_dir(folder.path())
+        .arg("render")
+        .arg(draft)
+        .args(["-q", "-o", output])
+        .args(options.split_whitespace())
+        .output()
+        .unwrap();
+    assert!(result.status.success(), "{}", String::from_utf8_lossy(&result.stderr));
+    fs::read(folder.path().join(output)).unwrap()
+}
+
+#[test]
+fn picture_has_the_same_bits_for_any_threads_and_run() {
+    let options = "--size 60x40 --spp 4 --seed 5 --threads";
+    for output in ["out.png", "out.exr"] {
+        let one = render(&fixture("tartan.wif"), output, &format!("{options} 1"));
+        for threads in [2, 2, 5] {
+            let other = render(&fixture("tartan.wif"), output, &format!("{options} {threads}"));
+            assert!(one == other, "{output}: {threads} threads give another picture than one");
+        }
+    }
+}
+
+#[test]
+fn seed_changes_the_noise() {
+    let picture = |seed: u32| {
+        let options = format!("--size 30x20 --spp 1 --seed {seed}");
+        render(&fixture("plain.wif"), "out.png", &options)
+    };
+    assert!(picture(0) != picture(1));
+}
+
+#[test]
+fn png_is_the_view_of_the_exr() {
+    let options = "--size 60x40 --spp 4";
+    let png = render(&fixture("denim.wif"), "out.png", options);
+    let exr = render(&fixture("denim.wif"), "out.exr", options);
+    let png = image::load_from_memory(&png).unwrap().into_rgb8();
+    assert_eq!(png.dimensions(), (60, 40));
+
+    let radiance = exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .rgb_channels(
+            |size, _| vec![vec![Vec3::NAN; size.width()]; size.height()],
+            |rows, place, (r, g, b): (f32, f32, f32)| {
+                rows[place.y()][place.x()] = Vec3::new(r, g, b);
+            },
+        )
+        .first_valid_layer()
+        .all_attributes()
+        .from_buffered(std::io::Cursor::new(exr))
+        .unwrap()
+        .layer_data
+        .channel_data
+        .pixels;
+    assert_eq!((radiance[0].len(), radiance.len()), (60, 40));
+    for (x, y, pixel) in png.enumerate_pixels() {
+        let linear = radiance[y as usize][x as usize];
+        assert!(linear.is_finite() && linear.min_element() >= 0.0, "({x}, {y}): {linear}");
+        assert_eq!(pixel.0, view(linear), "({x}, {y}): {linear}");
+    }
+}
+
+#[test]
+fn draft_can_come_from_standard_input() {
+    let folder = tempfile::tempdir().unwrap();
+    let draft = fs::read(fixture("plain.wif")).unwrap();
+    let mut child = Command::new(env!("CARGO_BIN_EXE_selvedge"))
+        .current_dir(folder.path())
+        .args(["render", "-", "-q", "-o", "out.png", "--size", "30x20", "--spp", "1"])
+        .stdin(Stdio::piped())
+        .spawn()
+        .unwrap();
+    child.stdin.take().unwrap().write_all(&draft).unwrap();
+    assert!(child.wait().unwrap().success());
+    let expected = render(&fixture("plain.wif"), "out.png", "--size 30x20 --spp 1");
+    assert!(fs::read(folder.path().join("out.png")).unwrap() == expected);
+}
+
+/// Threads along each side of the drafts below, as many as the cloth has at their spacing.
+const COUNT: u32 = 420;
+
+/// Threads 1 to `THIRD` are told from the others.
+const THIRD: u32 = 140;
+
+/// A draft of `COUNT` ends and picks, 1 mm apart, on eight shafts: 1 to 4 for the first third of
+/// the ends, 5 to 8 for the others. `lifts` tells the shafts of each pick, from 1.
+fn draft(sections: &str, lifts: impl Fn(u32) -> Vec<u32>) -> String {
+    let mut text = format!(
+        "[WIF]\nVersion=1.1\n[WEAVING]\nShafts=8\nTreadles=0\nRising Shed=1\n\
+         [COLOR PALETTE]\nEntries=3\nRange=0,255\n\
+         [COLOR TABLE]\n1=220,30,30\n2=30,30,220\n3=110,110,110\n\
+         [WARP]\nThreads={COUNT}\nUnits=Centimeters\nSpacing=0.1\nColor=1\n\
+         [WEFT]\nThreads={COUNT}\nUnits=Centimeters\nSpacing=0.1\nColor=2\n{sections}[THREADING]\n"
+    );
+    for end in 1..=COUNT {
+        let shaft = end % 4 + if end <= THIRD { 1 } else { 5 };
+        text += &format!("{end}={shaft}\n");
+    }
+    text += "[LIFTPLAN]\n";
+    for pick in 1..=COUNT {
+        let shafts: Vec<_> = lifts(pick).iter().map(u32::to_string).collect();
+        text += &format!("{pick}={}\n", shafts.join(","));
+    }
+    text
+}
+
+/// Mean red less mean blue of the cloth, 0 to 255, near its corners at the left and near, right
+/// and near, left and far.
+fn corners(draft: &str) -> [f32; 3] {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("draft.wif");
+    fs::write(&path, draft).unwrap();
+    let png = render(&path, "out.png", "--size 240x160 --spp 8");
+    let picture = image::load_from_memory(&png).unwrap().into_rgb8();
+    [(40, 146), (212, 117), (32, 55)].map(|(x, y)| {
+        let mut sum = 0.0;
+        for (dx, dy) in (0..5).flat_map(|dx| (0..5).map(move |dy| (dx, dy))) {
+            let [red, _, blue] = picture.get_pixel(x + dx - 2, y + dy - 2).0.map(f32::from);
+            sum += red - blue;
+        }
+        sum / 25.0
+    })
+}
+
+/// Three shafts of four, or one, by turns.
+fn twill(first: u32, pick: u32, most: bool) -> Vec<u32> {
+    (0..4).filter(|shaft| (*shaft == pick % 4) != most).map(|shaft| first + shaft).collect()
+}
+
+#[test]
+fn first_end_and_pick_lie_left_and_near() {
+    // Red warp is on top where the first ends cross the first picks, blue weft elsewhere.
+    let found =
+        corners(&draft("", |pick| [twill(1, pick, pick <= THIRD), twill(5, pick, false)].concat()));
+    assert!(found[0] > 30.0 && found[1] < -30.0 && found[2] < -30.0, "{found:?}");
+}
+
+#[test]
+fn colours_of_ends_go_from_left_to_right() {
+    // All ends are on top, the first third of them red and the others blue.
+    let mut colors = "[WARP COLORS]\n".to_owned();
+    for end in THIRD + 1..=COUNT {
+        colors += &format!("{end}=2\n");
+    }
+    let found =
+        corners(&draft(&colors, |pick| [twill(1, pick, true), twill(5, pick, true)].concat()));
+    assert!(found[0] > 30.0 && found[1] < -30.0 && found[2] > 30.0, "{found:?}");
+}
+
+#[test]
+fn colours_of_picks_go_from_near_to_far() {
+    // All picks are on top, the first third of them blue and the others red.
+    let mut colors = "[WEFT COLORS]\n".to_owned();
+    for pick in THIRD + 1..=COUNT {
+        colors += &format!("{pick}=1\n");
+    }
+    let found =
+        corners(&draft(&colors, |pick| [twill(1, pick, false), twill(5, pick, false)].concat()));
+    assert!(found[0] < -30.0 && found[1] < -30.0 && found[2] > 30.0, "{found:?}");
+}

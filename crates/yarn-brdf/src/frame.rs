@@ -1,0 +1,73 @@
+//! Vectors over any [`Real`], and the way to and from the yarn frame.
+
+use crate::real::Real;
+
+/// A vector with components in any [`Real`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Vector<R> {
+    /// Along x.
+    pub x: R,
+    /// Along y.
+    pub y: R,
+    /// Along z.
+    pub z: R,
+}
+
+impl<R: Real> Vector<R> {
+    /// The vector (x, y, z).
+    pub fn new(x: R, y: R, z: R) -> Self {
+        Self { x, y, z }
+    }
+
+    /// The scalar product.
+    #[inline]
+    pub fn dot(self, other: Self) -> R {
+        self.x * other.x + self.y * other.y + self.z * other.z
+    }
+
+    /// The vector product.
+    pub fn cross(self, other: Self) -> Self {
+        Self::new(
+            self.y * other.z - self.z * other.y,
+            self.z * other.x - self.x * other.z,
+            self.x * other.y - self.y * other.x,
+        )
+    }
+
+    /// The sum.
+    #[inline]
+    pub fn plus(self, other: Self) -> Self {
+        Self::new(self.x + other.x, self.y + other.y, self.z + other.z)
+    }
+
+    /// `self` times `factor`.
+    #[inline]
+    pub fn times(self, factor: R) -> Self {
+        Self::new(self.x * factor, self.y * factor, self.z * factor)
+    }
+}
+
+/// A direction of the shading frame (x along the weft, y along the warp, z the normal) in the frame
+/// of a yarn: x across it, y along it, z the normal.
+///
+/// For a warp yarn the two frames are one; for a weft yarn the map is the rotation by +90° about z,
+/// `(x, y, z) → (−y, x, z)`, which keeps the handedness of the twist.
+#[inline]
+pub fn to_yarn<R: Real>(w: Vector<R>, is_warp: bool) -> Vector<R> {
+    if is_warp { w } else { Vector::new(-w.y, w.x, w.z) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn to_yarn_of_a_weft_is_a_rotation_that_puts_u_along_the_yarn() {
+        let u = to_yarn(Vector::new(1.0, 0.0, 0.0), false);
+        let v = to_yarn(Vector::new(0.0, 1.0, 0.0), false);
+        assert_eq!(u, Vector::new(-0.0, 1.0, 0.0));
+        assert_eq!(v, Vector::new(-1.0, 0.0, 0.0));
+        // Right-handed: u × v = z.
+        assert_eq!(u.cross(v), Vector::new(0.0, -0.0, 1.0));
+    }
+}
