@@ -59,7 +59,7 @@
  * # Frame and units
  *
  * Positions `uv` are metres along the cloth from the outer edge of end 1 and pick 1: `u` along
- * the weft, `v` along the warp; any finite values, since the draft repeats. Directions are unit
+ * the weft, `v` along the warp; any values, since the draft repeats. Directions are unit
  * vectors pointing away from the surface, `wi` to the light and `wo` to the viewer, in the
  * shading frame: x = dP/du along the weft, y = dP/dv along the warp, z the normal of the face.
  * Colours are linear, with the primaries of sRGB.
@@ -173,10 +173,10 @@ void selvedge_draft_free(selvedge_draft *draft);
  * Prepares the cloth of `draft`, woven from yarn with the default parameters, into `*shader`,
  * which the caller frees with `selvedge_shader_free`.
  *
- * Colours, spacing and thickness of the threads are those of the draft. Takes tens of
- * milliseconds for each distinct yarn. Fails with `SELVEDGE_STATUS_INVALID_DRAFT` if the draft
- * does not say how its threads interlace, with `SELVEDGE_STATUS_INVALID_CLOTH` if the result
- * cannot be shaded.
+ * Colours, spacing and thickness of the threads are those of the draft. All work that does not
+ * depend on a position or a direction is done here, once. Fails with
+ * `SELVEDGE_STATUS_INVALID_DRAFT` if the draft does not say how its threads interlace, with
+ * `SELVEDGE_STATUS_INVALID_CLOTH` if the result cannot be shaded.
  *
  * # Safety
  *
@@ -202,9 +202,9 @@ void selvedge_shader_free(selvedge_shader *shader);
  * Writes to `f` the BRDF at `uv` for light from `wi` seen from `wo`, in sr^-1, *without* the
  * cosine: linear red, green and blue, each finite and at least 0.
  *
- * Both directions above the surface show the face of the cloth, both below it the back; one
- * on each side, or in the plane of the cloth, gives 0. `f` may be the array of a direction.
- * Fails with `SELVEDGE_STATUS_INVALID_ARGUMENT` if a number is infinite or not a number.
+ * Both directions above the surface show the face of the cloth, both below it the back. The
+ * value is 0 in a gap between yarns, for one direction on each side or in the plane of the
+ * cloth, and where a number is not finite. `f` may be the array of a direction.
  *
  * # Safety
  *

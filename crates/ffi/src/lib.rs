@@ -58,7 +58,7 @@
 //! # Frame and units
 //!
 //! Positions `uv` are metres along the cloth from the outer edge of end 1 and pick 1: `u` along
-//! the weft, `v` along the warp; any finite values, since the draft repeats. Directions are unit
+//! the weft, `v` along the warp; any values, since the draft repeats. Directions are unit
 //! vectors pointing away from the surface, `wi` to the light and `wo` to the viewer, in the
 //! shading frame: x = dP/du along the weft, y = dP/dv along the warp, z the normal of the face.
 //! Colours are linear, with the primaries of sRGB.

@@ -19,10 +19,10 @@ pub struct Shader(selvedge_yarn_brdf::Shader);
 /// Prepares the cloth of `draft`, woven from yarn with the default parameters, into `*shader`,
 /// which the caller frees with `selvedge_shader_free`.
 ///
-/// Colours, spacing and thickness of the threads are those of the draft. Takes tens of
-/// milliseconds for each distinct yarn. Fails with `SELVEDGE_STATUS_INVALID_DRAFT` if the draft
-/// does not say how its threads interlace, with `SELVEDGE_STATUS_INVALID_CLOTH` if the result
-/// cannot be shaded.
+/// Colours, spacing and thickness of the threads are those of the draft. All work that does not
+/// depend on a position or a direction is done here, once. Fails with
+/// `SELVEDGE_STATUS_INVALID_DRAFT` if the draft does not say how its threads interlace, with
+/// `SELVEDGE_STATUS_INVALID_CLOTH` if the result cannot be shaded.
 ///
 /// # Safety
 ///
@@ -54,6 +54,7 @@ pub unsafe extern "C" fn selvedge_shader_new(
 
 /// The cloth of a drawdown: end for end and pick for pick, in yarn with the default parameters.
 fn cloth(drawdown: &Drawdown) -> Result<Cloth, ClothError> {
+    // A draft counts its threads in `u32`.
     let (ends, picks) = (drawdown.ends() as u32, drawdown.picks() as u32);
     let weave =
         Weave::new(ends, picks, |end, pick| drawdown.warp_on_top(end as usize, pick as usize))?;
@@ -87,9 +88,9 @@ pub unsafe extern "C" fn selvedge_shader_free(shader: *mut Shader) {
 /// Writes to `f` the BRDF at `uv` for light from `wi` seen from `wo`, in sr^-1, *without* the
 /// cosine: linear red, green and blue, each finite and at least 0.
 ///
-/// Both directions above the surface show the face of the cloth, both below it the back; one
-/// on each side, or in the plane of the cloth, gives 0. `f` may be the array of a direction.
-/// Fails with `SELVEDGE_STATUS_INVALID_ARGUMENT` if a number is infinite or not a number.
+/// Both directions above the surface show the face of the cloth, both below it the back. The
+/// value is 0 in a gap between yarns, for one direction on each side or in the plane of the
+/// cloth, and where a number is not finite. `f` may be the array of a direction.
 ///
 /// # Safety
 ///
@@ -115,13 +116,9 @@ pub unsafe extern "C" fn selvedge_shader_eval(
         // SAFETY: not NULL, so the caller vouches for a live shader, which nothing changes, and
         // for as many numbers as are read.
         let (shader, uv, wi, wo) = unsafe { (shader.as_ref(), uv.read(), wi.read(), wo.read()) };
-        let (uv, wi, wo) = (DVec2::from(uv), Vec3::from(wi), Vec3::from(wo));
-        if !(uv.is_finite() && wi.is_finite() && wo.is_finite()) {
-            let text = "uv, wi, wo: not finite, expected finite numbers";
-            return Err(Failure::new(Status::InvalidArgument, text));
-        }
+        let value = shader.0.eval(DVec2::from(uv), Vec3::from(wi), Vec3::from(wo));
         // SAFETY: not NULL, so the caller vouches for three numbers there.
-        unsafe { output.write(shader.0.eval(uv, wi, wo).to_array()) };
+        unsafe { output.write(value.to_array()) };
         Ok(())
     })
 }

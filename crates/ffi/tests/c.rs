@@ -65,6 +65,7 @@ fn c_and_rust_give_the_same_bits() {
                 expected += &format!("{r:08x} {g:08x} {b:08x}\n");
             }
         }
+        assert!(!expected.split_whitespace().all(|bits| bits == "00000000"), "{name}: no light");
         for linkage in [Linkage::Static, Linkage::Shared] {
             let found = stdout(run("eval", linkage, &[&common::fixture(name)]));
             let differs = expected.lines().zip(found.lines()).find(|(rust, c)| rust != c);

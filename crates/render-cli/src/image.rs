@@ -133,11 +133,13 @@ pub enum OutputError {
         /// The folder.
         folder: String,
     },
-    /// The name is that of a folder.
-    #[error("{name}: found a folder, expected the name of a file")]
-    Folder {
+    /// The name is that of something else than a file.
+    #[error("{name}: found {found}, expected the name of a file")]
+    NotAFile {
         /// The output.
         name: String,
+        /// What it is.
+        found: &'static str,
     },
     /// The system does not let us.
     #[error("{name}: cannot be written")]
@@ -162,8 +164,9 @@ impl Destination {
             Some(folder) if !folder.as_os_str().is_empty() => folder.to_owned(),
             _ => PathBuf::from("."),
         };
-        if path.is_dir() {
-            return Err(OutputError::Folder { name });
+        if path.exists() && !path.is_file() {
+            let found = if path.is_dir() { "a folder" } else { "a device or pipe" };
+            return Err(OutputError::NotAFile { name, found });
         }
         if !folder.is_dir() {
             let folder = folder.display().to_string();

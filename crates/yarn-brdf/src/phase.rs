@@ -23,7 +23,7 @@ pub enum Phase {
     VonMises {
         /// Share of the uniform part, 1, in [0, 1].
         alpha: f64,
-        /// Concentration of the forward peak, 1, in [0, 10⁶].
+        /// Concentration of the forward peak, 1, in [0, 200].
         beta: f64,
     },
 }
@@ -57,24 +57,28 @@ impl Phase {
         }
     }
 
+    /// How fast the phase function changes: 1 over the width of its peak, rad⁻¹, at least 1.
+    pub(crate) fn sharpness(self) -> f64 {
+        let Phase::VonMises { beta, .. } = self;
+        (1.0 + beta).sqrt()
+    }
+
     /// Nodes (cos Δφ, sin Δφ) and weights for integrals over the cone: `Σ weight·g ≈ ∫ f_c g dΔφ`,
     /// with weights that sum to 1.
     ///
     /// The uniform part takes evenly spaced nodes, exact for trigonometric polynomials. The peak
-    /// takes nodes concentrated by the wrapped Cauchy map `Δφ = π + 2 atan(k tan(τ/2))`, whose ρ
-    /// matches the mean cosine I₁(β)/I₀(β), so that any β is resolved by the same number of nodes.
+    /// takes nodes concentrated by the wrapped Cauchy map `Δφ = π + 2 atan(k tan(τ/2))`, with k as
+    /// wide as the peak, so that any β is resolved by the same number of nodes.
     pub(crate) fn nodes(self, count: usize) -> Vec<AzimuthNode> {
         let Phase::VonMises { alpha, beta } = self;
-        let even = |count: usize| {
-            (0..count).map(move |j| 2.0 * PI * (j as f64 + 0.5) / count as f64 - PI)
-        };
+        let even =
+            |count: usize| (0..count).map(move |j| 2.0 * PI * (j as f64 + 0.5) / count as f64 - PI);
         let mut nodes = Vec::with_capacity(2 * count);
         if alpha > 0.0 {
             nodes.extend(even(count).map(|angle| AzimuthNode::new(angle, alpha / count as f64)));
         }
         if alpha < 1.0 {
-            let rho = pxfm::f_i1e(beta) / pxfm::f_i0e(beta);
-            let k = (1.0 - rho) / (1.0 + rho);
+            let k = 1.0 / self.sharpness();
             // With t = tan(τ/2): dφ/dτ = k (1 + t²)/(1 + k² t²) and the distance from the peak is
             // 2 atan(k t), so 1 − cos = 2 (k t)²/(1 + (k t)²), free of cancellation.
             let raw: Vec<(f64, f64)> = even(count)
@@ -159,9 +163,7 @@ mod tests {
                 let n = 20_000;
                 let sum: f64 = (0..n)
                     .map(|j| 2.0 * PI * (f64::from(j) + 0.5) / f64::from(n))
-                    .map(|phi| {
-                        constants.eval(t, Vector::new(c * phi.cos(), c * phi.sin(), s), wo)
-                    })
+                    .map(|phi| constants.eval(t, Vector::new(c * phi.cos(), c * phi.sin(), s), wo))
                     .sum();
                 let integral = sum * 2.0 * PI / f64::from(n);
                 assert!((integral - 1.0).abs() < 1e-9, "{phase:?} at {inclination}: {integral}");
@@ -171,7 +173,8 @@ mod tests {
 
     #[test]
     fn nodes_integrate_a_smooth_function_against_the_phase() {
-        let g = |phi: f64| 1.0 + 0.5 * phi.cos() + 0.2 * (2.0 * phi).sin() + 0.1 * (3.0 * phi).cos();
+        let g =
+            |phi: f64| 1.0 + 0.5 * phi.cos() + 0.2 * (2.0 * phi).sin() + 0.1 * (3.0 * phi).cos();
         for phase in phases() {
             let constants = phase.constants::<f64>();
             let t = Vector::new(0.0, 0.0, 1.0);
@@ -179,9 +182,7 @@ mod tests {
             let n = 100_000;
             let expected: f64 = (0..n)
                 .map(|j| 2.0 * PI * (f64::from(j) + 0.5) / f64::from(n))
-                .map(|phi| {
-                    g(phi) * constants.eval(t, Vector::new(phi.cos(), phi.sin(), 0.0), wo)
-                })
+                .map(|phi| g(phi) * constants.eval(t, Vector::new(phi.cos(), phi.sin(), 0.0), wo))
                 .sum::<f64>()
                 * 2.0
                 * PI
@@ -197,8 +198,7 @@ mod tests {
         for beta in [0.0, 1e3, 1e6] {
             let phase = Phase::VonMises { alpha: 0.0, beta }.constants::<f32>();
             let t = Vector::new(0.0, 1.0, 0.0);
-            let forward =
-                phase.eval(t, Vector::new(1.0, 0.0, 0.0), Vector::new(-1.0, 0.0, 0.0));
+            let forward = phase.eval(t, Vector::new(1.0, 0.0, 0.0), Vector::new(-1.0, 0.0, 0.0));
             let expected = (beta.max(0.5) / (2.0 * PI)).sqrt() as f32;
             assert!(forward.is_finite() && forward > 0.3 * expected, "{beta}: {forward}");
             let along = phase.eval(t, t, t);

@@ -7,7 +7,7 @@
 use core::ops::{Add, BitAnd, Div, Mul, Neg, Sub};
 
 /// A real number, or several side by side, with the functions that the shading kernel calls.
-pub trait Real:
+pub(crate) trait Real:
     Copy
     + Add<Output = Self>
     + Sub<Output = Self>

@@ -87,12 +87,17 @@ impl Yarn {
         }
         check("u_max", self.u_max, "0 to 1.5 rad", within(self.u_max, 0.0, 1.5))?;
         let half_pi = core::f64::consts::FRAC_PI_2;
-        check("psi", self.psi, "−π/2 to π/2 rad, without −π/2", self.psi > -half_pi && self.psi <= half_pi)?;
+        check(
+            "psi",
+            self.psi,
+            "−π/2 to π/2 rad, without −π/2",
+            self.psi > -half_pi && self.psi <= half_pi,
+        )?;
         check("delta", self.delta, "0.001 to 1", within(self.delta, 1e-3, 1.0))?;
         check("size", self.size, "0.01 to 1", within(self.size, 0.01, 1.0))?;
         let Phase::VonMises { alpha, beta } = self.phase;
         check("alpha", alpha, "0 to 1", within(alpha, 0.0, 1.0))?;
-        check("beta", beta, "0 to 1000000", within(beta, 0.0, 1e6))
+        check("beta", beta, "0 to 200", within(beta, 0.0, 200.0))
     }
 
     /// Whether the yarn is shaded as untwisted: |ψ| ≤ [`FILAMENT_PSI`].

@@ -36,7 +36,8 @@ pub(crate) fn shader(name: &str) -> Shader {
     };
     let ends: Vec<_> = (0..ends).map(end).collect();
     let picks: Vec<_> = (0..picks).map(pick).collect();
-    let cloth = weave.and_then(|weave| Cloth::from_threads(weave, &ends, &picks, Yarn::default()));
+    let weave = weave.expect("the fixture is a weave");
+    let cloth = Cloth::from_threads(weave, &ends, &picks, Yarn::default());
     cloth.and_then(|cloth| cloth.prepare()).expect("the fixture is a cloth")
 }
 

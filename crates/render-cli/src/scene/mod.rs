@@ -144,8 +144,11 @@ mod tests {
 
     /// A square of plain-woven cloth of side 10 mm at z = 0: threads every 0.5 mm.
     fn cloth(diameter: f64) -> Scene {
-        let thread = Thread { color: [0.5; 3], pitch: Some(5e-4), diameter: Some(diameter) };
-        let threads = [thread.clone(), thread];
+        let threads = [0.4, 0.6].map(|grey| Thread {
+            color: [grey; 3],
+            pitch: Some(5e-4),
+            diameter: Some(diameter),
+        });
         let weave = Weave::new(2, 2, |end, pick| (end + pick) % 2 == 0).unwrap();
         let cloth = Cloth::from_threads(weave, &threads, &threads, Yarn::default()).unwrap();
         let uvs = [Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y].map(|corner| corner * 0.01);
