@@ -92,16 +92,21 @@ impl Integrals {
         let mut sum = Affine { base: 0.0, slope: 0.0 };
         for &(y, weight_y) in &self.arc {
             let (sin_u, cos_u) = (self.u_max * y).sin_cos();
+            // The part of the section that faces `wo`, at whose edge the integrand has a kink.
+            let centre = wo.x.atan2(sin_u * wo.y + cos_u * wo.z);
+            let from = (centre - FRAC_PI_2).max(-FRAC_PI_2);
+            let to = (centre + FRAC_PI_2).min(FRAC_PI_2);
             for &(x, weight_x) in &self.section {
-                let (sin_v, cos_v) = (FRAC_PI_2 * x).sin_cos();
-                let value = weight_y * weight_x * self.cone(sin_u, cos_u, sin_v, cos_v, wo);
+                let (sin_v, cos_v) = (0.5 * (from + to) + 0.5 * (to - from) * x).sin_cos();
+                let weight = weight_y * weight_x * 0.5 * (to - from);
+                let value = weight * self.cone(sin_u, cos_u, sin_v, cos_v, wo);
                 sum.base += value;
                 sum.slope += value * self.optics.sin_u_max * (1.0 - cos_v);
             }
         }
         // Half of it turns the arc's weights into a mean, the other half is 1/2 of the integrand.
         let over_sin = if self.u_max > 0.0 { self.u_max / self.optics.sin_u_max } else { 1.0 };
-        let scale = 0.25 * FRAC_PI_2 * over_sin;
+        let scale = 0.25 * over_sin;
         Affine { base: sum.base * scale, slope: sum.slope * scale }
     }
 
@@ -183,9 +188,10 @@ fn window(c: f64, delta: f64) -> (f64, f64) {
 /// Nodes a side of the albedo table; odd, so that cells and nodes pair up under half a turn.
 const SIDE: usize = 33;
 
-/// Added to the tabulated albedo, relative, for the error of quadrature and what is left of that of
-/// interpolation, so that the diffuse never gets more than the highlight leaves.
-const TABLE_MARGIN: f64 = 0.01;
+/// Added to the tabulated albedo, relative and per unit of the phase function's sharpness, for the
+/// error of quadrature and what is left of that of interpolation: the diffuse must never get more
+/// than the highlight leaves. `tests/furnace.rs` would show it.
+const TABLE_MARGIN: f64 = 0.008;
 
 /// The highlight's albedo over direction, with the factor that normalises it.
 #[derive(Clone, Debug)]
@@ -211,9 +217,10 @@ impl Reflectance {
     ) -> Result<Self, ScaleError> {
         let nodes = Nodes::resolving(yarn, 1.0);
         let integrals = Integrals::new(yarn, is_straight, mapping, nodes);
+        let margin = 1.0 + TABLE_MARGIN * yarn.phase.sharpness();
         let table = upper_table(|wo| {
             let albedo = integrals.mean(wo);
-            [albedo.at(0.0), albedo.at(1.0)].map(|value| value.max(0.0) * (1.0 + TABLE_MARGIN))
+            [albedo.at(0.0), albedo.at(1.0)].map(|value| value.max(0.0) * margin)
         });
         let greatest =
             table.iter().fold([0.0; 2], |[a, b]: [f64; 2], &[c, d]| [a.max(c), b.max(d)]);

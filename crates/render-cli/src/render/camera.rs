@@ -1,8 +1,12 @@
-//! From a place on the film to a ray.
+//! From a place on the film to a beam.
 
 use glam::{Vec2, Vec3};
 
-use super::{film::Size, intersect::Ray};
+use super::{
+    film::{BEAM_SIGMA, Size},
+    footprint::Beam,
+    intersect::Ray,
+};
 use crate::scene::drape::CameraPlacement;
 
 /// A pinhole camera with a film of a given size.
@@ -39,11 +43,13 @@ impl Camera {
         }
     }
 
-    /// The ray through `place` on the film: in pixels, (0, 0) the top left corner of the picture, x
-    /// to the right and y down.
-    pub fn ray(&self, place: Vec2) -> Ray {
+    /// The beam through `place` on the film: in pixels, (0, 0) the top left corner of the picture, x
+    /// to the right and y down. It is [`BEAM_SIGMA`] pixels wide.
+    pub fn beam(&self, place: Vec2) -> Beam {
         let direction = self.corner + self.step_x * place.x + self.step_y * place.y;
-        Ray { origin: self.origin, direction: direction.normalize() }
+        let (direction, length) = direction.normalize_and_length();
+        let spread = BEAM_SIGMA * self.step_x.length() / length;
+        Beam { ray: Ray { origin: self.origin, direction }, spread }
     }
 }
 
@@ -60,7 +66,7 @@ mod tests {
 
     fn slopes(size: [u32; 2], place: Vec2) -> Vec2 {
         let size = Size::new(size[0], size[1]).unwrap();
-        let d = Camera::new(&PLACEMENT, size).ray(place).direction;
+        let d = Camera::new(&PLACEMENT, size).beam(place).ray.direction;
         Vec2::new(d.x, d.z) / d.y
     }
 

@@ -8,8 +8,10 @@ use std::f32::consts::{FRAC_1_PI, TAU};
 
 use glam::{Mat3, Vec2, Vec3};
 use selvedge_normalize::warp::square_to_cosine_hemisphere;
+use selvedge_yarn_brdf::Shader;
 
 use super::{
+    footprint::{Beam, Footprint},
     intersect::{Hit, Ray},
     sampler::Sample,
 };
@@ -25,6 +27,14 @@ const SURE_VERTICES: u32 = 4;
 /// Surfaces after which a path ends for good: among white surfaces only does one come that far.
 const MAX_VERTICES: u32 = 256;
 
+/// Points at which cloth is shaded for each ray, where the camera sees it and where light bounces.
+const CAMERA_POINTS: usize = 8;
+const BOUNCE_POINTS: usize = 4;
+
+/// Spread of the beams between surfaces, in rad. A bounce goes anywhere and does not see single
+/// threads; this blurs what it sees by a fifth of the distance.
+const BOUNCE_SPREAD: f32 = 0.2;
+
 /// Share of directions at cloth that are drawn from a lobe around the mirror direction. Fibres
 /// scatter forwards, at grazing angles a hundred times as much as elsewhere; directions drawn by
 /// the cosine alone find that rarely and then with a weight that shows as a speck.
@@ -33,18 +43,21 @@ const MIRROR_SHARE: f32 = 0.4;
 /// Exponent of the cosine in that lobe: half of it lies within 24°, as wide as the highlights.
 const MIRROR_EXPONENT: f32 = 7.0;
 
-/// An estimate of the radiance that arrives at the ray's origin from its direction, linear RGB.
+/// An estimate of the radiance that arrives at the beam's origin along it, linear RGB.
+///
+/// Cloth is shaded as the mean over the [`Footprint`] of the beam.
 ///
 /// Unbiased but for what is scattered from one side of the shading normal to the other side of the
 /// triangle: that is absorbed, since it would shine through.
-pub fn radiance(scene: &Scene, mut ray: Ray, sample: &mut Sample) -> Vec3 {
+pub fn radiance(scene: &Scene, mut beam: Beam, sample: &mut Sample) -> Vec3 {
     let mut radiance = Vec3::ZERO;
     let mut throughput = Vec3::ONE;
     for vertices in 1..=MAX_VERTICES {
-        let Some(hit) = scene.intersect(&ray) else {
-            return radiance + throughput * scene.sky.radiance(ray.direction);
+        let Some(hit) = scene.intersect(&beam.ray) else {
+            return radiance + throughput * scene.sky.radiance(beam.ray.direction);
         };
-        let vertex = Vertex::new(scene.surface(&hit), &hit, -ray.direction);
+        let points = if vertices == 1 { CAMERA_POINTS } else { BOUNCE_POINTS };
+        let vertex = Vertex::new(scene.surface(&hit), &hit, &beam, points, sample);
         radiance += throughput * vertex.direct_light(scene, sample);
 
         let Some((direction, weight)) = vertex.bounce(sample) else { break };
@@ -57,14 +70,14 @@ pub fn radiance(scene: &Scene, mut ray: Ray, sample: &mut Sample) -> Vec3 {
             throughput /= survival;
         }
         let origin = vertex.leave(scene, direction);
-        ray = Ray { origin, direction };
+        beam = Beam { ray: Ray { origin, direction }, spread: BOUNCE_SPREAD };
     }
     radiance
 }
 
 /// A point where a path meets a surface.
 struct Vertex<'a> {
-    material: &'a Material,
+    scatterer: Scatterer<'a>,
     point: SurfacePoint,
     /// Shading frame to world space.
     frame: Mat3,
@@ -72,19 +85,41 @@ struct Vertex<'a> {
     wo: Vec3,
 }
 
+/// A material at a point.
+enum Scatterer<'a> {
+    Matte(Vec3),
+    Cloth(&'a Shader, Footprint),
+}
+
 impl<'a> Vertex<'a> {
-    fn new(surface: &'a Surface, hit: &Hit, wo_world: Vec3) -> Self {
-        let Surface { mesh, material } = surface;
-        let point = facing_alike(mesh, hit, wo_world);
+    fn new(
+        surface: &'a Surface,
+        hit: &Hit,
+        beam: &Beam,
+        points: usize,
+        sample: &mut Sample,
+    ) -> Self {
+        let wo_world = -beam.ray.direction;
+        let point = facing_alike(&surface.mesh, hit, wo_world);
         let frame = point.frame();
-        Self { material, point, frame, wo: frame.transpose() * wo_world }
+        let scatterer = match &surface.material {
+            Material::Matte(reflectance) => Scatterer::Matte(*reflectance),
+            Material::Cloth(shader) => {
+                let square = sample.next_2d();
+                let footprint = Footprint::new(shader, &point, beam, hit.t, points, square);
+                Scatterer::Cloth(shader, footprint)
+            }
+        };
+        Self { scatterer, point, frame, wo: frame.transpose() * wo_world }
     }
 
     /// f without the cosine for light from `wi` in the shading frame.
     fn scattering(&self, wi: Vec3) -> Vec3 {
-        match self.material {
-            Material::Matte(reflectance) => reflectance * FRAC_1_PI,
-            Material::Cloth(shader) => shader.eval(self.point.uv.as_dvec2(), wi, self.wo),
+        match &self.scatterer {
+            Scatterer::Matte(reflectance) => reflectance * FRAC_1_PI,
+            Scatterer::Cloth(shader, footprint) => {
+                footprint.mean(|uv| shader.eval(uv, wi, self.wo))
+            }
         }
     }
 
@@ -114,9 +149,9 @@ impl<'a> Vertex<'a> {
 
     /// A direction in world space to go on in, and f cos θ divided by its density.
     fn bounce(&self, sample: &mut Sample) -> Option<(Vec3, Vec3)> {
-        let mirror_share = match self.material {
-            Material::Matte(_) => 0.0,
-            Material::Cloth(_) => MIRROR_SHARE,
+        let mirror_share = match self.scatterer {
+            Scatterer::Matte(_) => 0.0,
+            Scatterer::Cloth(..) => MIRROR_SHARE,
         };
         let (wi, density) = self.sample_direction(mirror_share, sample.next_2d());
         let wi_world = (self.frame * wi).normalize();
@@ -266,6 +301,7 @@ mod tests {
             Scene::new(vec![square(Vec3::Z * 0.5, 5.0, 1.0)], CAMERA, lamp(2.0), DARK).unwrap();
         let below = Ray { origin: Vec3::ZERO, direction: Vec3::Z };
         let sampler = crate::render::sampler::PixelSampler::new([0, 0], 0);
+        let below = Beam { ray: below, spread: 0.0 };
         assert_eq!(radiance(&scene, below, &mut sampler.sample(0)), Vec3::ZERO);
     }
 }

@@ -2,6 +2,7 @@
 
 pub mod camera;
 pub mod film;
+pub mod footprint;
 pub mod integrator;
 pub mod intersect;
 pub mod sampler;
@@ -43,8 +44,8 @@ pub fn render(scene: &Scene, settings: &Settings, row_done: impl Fn() + Sync) ->
             let sum: DVec3 = (0..spp)
                 .map(|index| {
                     let mut sample = sampler.sample(index);
-                    let ray = camera.ray(corner + film::filter_offset(sample.next_2d()));
-                    integrator::radiance(scene, ray, &mut sample).as_dvec3()
+                    let beam = camera.beam(corner + film::filter_offset(sample.next_2d()));
+                    integrator::radiance(scene, beam, &mut sample).as_dvec3()
                 })
                 .sum();
             *pixel = (sum / f64::from(spp)).as_vec3();

@@ -1,0 +1,146 @@
+//! The patch of cloth that a ray stands for.
+//!
+//! A highlight shows on a small part of each thread, so at one point the cloth scatters much or
+//! little by chance, and it takes a hundred rays to find its mean. But only the thread changes
+//! from point to point: over the width of a pixel, light, view and normal stay the same. So
+//! scattering is averaged over a few points for each ray, which costs less than more rays do.
+
+use std::f32::consts::TAU;
+
+use glam::{DVec2, Vec2, Vec3};
+use selvedge_yarn_brdf::Shader;
+
+use super::intersect::Ray;
+use crate::scene::mesh::SurfacePoint;
+
+/// A ray with a width.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Beam {
+    /// Its middle.
+    pub ray: Ray,
+    /// Standard deviation of its Gaussian profile over the distance from the origin: rad.
+    pub spread: f32,
+}
+
+/// Points spread over the place where a beam meets cloth.
+#[derive(Clone, Copy, Debug)]
+pub struct Footprint {
+    places: [DVec2; MAX_POINTS],
+    count: usize,
+}
+
+/// Most points of a footprint.
+pub const MAX_POINTS: usize = 8;
+
+/// Cosine between beam and normal below which a footprint does not grow any longer.
+const GRAZING: f32 = 0.1;
+
+impl Footprint {
+    /// At most `points` points around `point`, where `beam` arrives after `distance` metres.
+    /// Points in gaps do not count; where all are, `point` itself stands, which a ray has hit.
+    ///
+    /// `square` in [0, 1)² turns and shifts the pattern of the points: each follows the profile of
+    /// the beam, and no two are close.
+    pub fn new(
+        shader: &Shader,
+        point: &SurfacePoint,
+        beam: &Beam,
+        distance: f32,
+        points: usize,
+        square: Vec2,
+    ) -> Self {
+        let centre = point.uv.as_dvec2();
+        let mut footprint = Self { places: [centre; MAX_POINTS], count: 0 };
+        let [a, b] = axes(point, beam, distance);
+        for offset in gaussian_points(points.min(MAX_POINTS), square) {
+            let place = centre + (a * offset.x + b * offset.y).as_dvec2();
+            if shader.opacity(place) > 0.0 {
+                footprint.places[footprint.count] = place;
+                footprint.count += 1;
+            }
+        }
+        footprint.count = footprint.count.max(1);
+        footprint
+    }
+
+    /// The mean of `value` over the points, which are given as uv in metres.
+    pub fn mean(&self, value: impl Fn(DVec2) -> Vec3) -> Vec3 {
+        let places = &self.places[..self.count];
+        places.iter().map(|&place| value(place)).sum::<Vec3>() / places.len() as f32
+    }
+}
+
+/// The uv of two perpendicular standard deviations of the beam, cast onto the surface.
+fn axes(point: &SurfacePoint, beam: &Beam, distance: f32) -> [Vec2; 2] {
+    let SurfacePoint { geometric_normal: normal, dp_du, dp_dv, .. } = *point;
+    let direction = beam.ray.direction;
+    let cos = normal.dot(direction);
+    let cos = cos.abs().max(GRAZING).copysign(cos);
+    let area = dp_du.cross(dp_dv).dot(normal);
+    let (x, y) = direction.any_orthonormal_pair();
+    [x, y].map(|across| {
+        let across = across * (beam.spread * distance);
+        let cast = across - direction * (across.dot(normal) / cos);
+        // Cramer's rule for cast = ∂P/∂u · u + ∂P/∂v · v.
+        let uv = Vec2::new(cast.cross(dp_dv).dot(normal), dp_du.cross(cast).dot(normal)) / area;
+        if uv.is_finite() { uv } else { Vec2::ZERO }
+    })
+}
+
+/// Points of a Gaussian of standard deviation 1: stratified in the radius, a golden angle apart
+/// (Vogel 1979). Each by itself is distributed exactly so when `square` is uniform.
+fn gaussian_points(count: usize, square: Vec2) -> impl Iterator<Item = Vec2> {
+    let golden = Vec2::from_angle(TAU * 0.618_034);
+    let first = Vec2::from_angle(TAU * square.y);
+    std::iter::successors(Some(first), move |angle| Some(golden.rotate(*angle)))
+        .take(count)
+        .enumerate()
+        .map(move |(k, angle)| {
+            let share = (k as f32 + square.x) / count as f32;
+            angle * (-2.0 * (1.0 - share).ln()).sqrt()
+        })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_have_the_variance_of_the_beam() {
+        let n = 64;
+        let mut variance = Vec2::ZERO;
+        let mut mean = Vec2::ZERO;
+        for k in 0..n * n {
+            let square = (Vec2::new((k % n) as f32, (k / n) as f32) + 0.5) / n as f32;
+            for point in gaussian_points(8, square) {
+                mean += point / (8 * n * n) as f32;
+                variance += point * point / (8 * n * n) as f32;
+            }
+        }
+        assert!(mean.length() < 1e-4, "{mean}");
+        // The midpoint rule cuts the tail off.
+        assert!(variance.abs_diff_eq(Vec2::ONE, 5e-3), "{variance}, expected 1");
+    }
+
+    #[test]
+    fn footprint_is_the_beam_cut_by_the_surface() {
+        // Weft along x, warp along y, as a plane stretched by 2 along the warp.
+        let point = SurfacePoint {
+            position: Vec3::ZERO,
+            geometric_normal: Vec3::Z,
+            normal: Vec3::Z,
+            uv: Vec2::ZERO,
+            dp_du: Vec3::X,
+            dp_dv: 2.0 * Vec3::Y,
+        };
+        // At 60° from the normal, in the plane of y and z.
+        let direction = Vec3::new(0.0, 0.75_f32.sqrt(), -0.5);
+        let ray = Ray { origin: -direction, direction };
+        let [a, b] = axes(&point, &Beam { ray, spread: 0.01 }, 1.0);
+        // a aᵀ + b bᵀ is the covariance, whatever the pair: 0.01 across and 0.01/cos 60° along.
+        let (u, v, uv) = (a.x * a.x + b.x * b.x, a.y * a.y + b.y * b.y, a.x * a.y + b.x * b.y);
+        assert!((u.sqrt() - 0.01).abs() < 1e-6, "{u}");
+        assert!((v.sqrt() - 0.02 / 2.0).abs() < 1e-6, "{v}");
+        assert!(uv.abs() < 1e-8, "{uv}");
+    }
+}
