@@ -80,6 +80,9 @@ impl Shader {
             sizes,
         };
         let back = front.back();
+        let straight_shows = front.weave.has_uncovered()
+            || back.weave.has_uncovered()
+            || front.sizes.iter().any(|&size| size < 1.0);
         let mut tables = Tables::default();
         let mut pieces = Vec::with_capacity(cloth.yarns.len());
         for (index, yarn) in cloth.yarns.iter().enumerate() {
@@ -88,7 +91,8 @@ impl Shader {
                     .find(yarn, is_straight, cloth.mapping, cloth.normalization)
                     .map_err(|source| ClothError::Normalization { index, source })
             };
-            pieces.push([find(false)?, find(true)?]);
+            let bent = find(false)?;
+            pieces.push([bent, if straight_shows { find(true)? } else { bent }]);
         }
         let combination = match cloth.normalization {
             Mode::Pointwise => Combination::Lerp,
@@ -162,7 +166,7 @@ impl Shader {
             Integrals::new(yarn, segment.is_straight, self.mapping, Nodes::resolving(yarn, 2.0));
         let albedo = highlight(&integrals, &segment, DVec3::new(wo.x, wo.y, wo.z));
         let specular = albedo.at(ratio) / piece.divisor.at(ratio);
-        let diffuse = PI * cosine_mean(50, |wi| self.diffuse(material, piece, ratio, wi, wo));
+        let diffuse = PI * cosine_mean(2, |wi| self.diffuse(material, piece, ratio, wi, wo));
         DVec3::from_array(material.specular) * specular
             + DVec3::from_array(material.color) * diffuse
     }

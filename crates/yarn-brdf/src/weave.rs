@@ -11,6 +11,7 @@ pub struct Weave {
     ends: u32,
     picks: u32,
     crossings: Vec<Crossing>,
+    has_uncovered: bool,
 }
 
 /// How far the thread on top of a crossing stays on top: 8 bytes.
@@ -71,7 +72,7 @@ impl Weave {
                 crossings.push(Crossing { before_and_top: top, after: 0 });
             }
         }
-        let mut weave = Self { ends, picks, crossings };
+        let mut weave = Self { ends, picks, crossings, has_uncovered: false };
         for end in 0..ends {
             weave.count_runs(end as usize, ends as usize, picks as usize, true);
         }
@@ -87,6 +88,7 @@ impl Weave {
             crossings[first + k * stride].warp_on_top() == is_warp
         };
         let Some(covered) = (0..count).find(|&k| !is_on_top(&self.crossings, k)) else {
+            self.has_uncovered = true;
             for k in 0..count {
                 let crossing = &mut self.crossings[first + k * stride];
                 crossing.before_and_top |= (count as u32) << 1;
@@ -122,6 +124,11 @@ impl Weave {
     /// Picks in the repeat.
     pub fn picks(&self) -> u32 {
         self.picks
+    }
+
+    /// Whether some thread is on top all along the repeat.
+    pub(crate) fn has_uncovered(&self) -> bool {
+        self.has_uncovered
     }
 
     /// Whether the warp is on top at the crossing of `end` and `pick`, both taken modulo the repeat.

@@ -62,7 +62,7 @@ fn check(mode: Mode, combination: Combination, yarns: u32) -> (f64, String) {
             (cloth.mapping, cloth.normalization, cloth.combination) = (mapping, mode, combination);
             let shader = cloth.prepare().unwrap();
             let points = Halton::<4>::new();
-            (1..=16u32)
+            (1..=8u32)
                 .map(|j| {
                     let [a, b, c, d] = points.point((j + 10 * i).try_into().unwrap());
                     // Grazing directions more often: there the maxima lie.
