@@ -49,7 +49,7 @@ pub struct RenderOptions {
     pub size: Size,
 
     /// Samples per pixel, best a power of two; four times as many halve the noise
-    #[arg(long, value_name = "N", default_value_t = 32, value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SAMPLES)))]
+    #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SAMPLES)))]
     pub spp: u32,
 
     /// Chooses the noise: equal seeds give equal pictures

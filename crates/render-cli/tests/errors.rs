@@ -1,5 +1,7 @@
 //! What goes wrong gives one clear message, its exit code, and leaves no file behind.
 
+#![allow(clippy::unwrap_used, reason = "a test stops at what it does not expect")]
+
 use std::{
     fs,
     path::Path,

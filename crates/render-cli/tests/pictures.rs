@@ -1,6 +1,8 @@
 //! Pictures are the same in every run, show the draft the right way round, and say the same in
 //! every format.
 
+#![allow(clippy::unwrap_used, reason = "a test stops at what it does not expect")]
+
 use std::{
     fs,
     io::Write,

@@ -15,7 +15,7 @@ use crate::{
     draft, fabric,
     image::{self, Destination},
     render::{self, Settings},
-    scene::{Scene, drape::DEFAULT_SIDE},
+    scene::{Material, Scene, drape::DEFAULT_SIDE},
 };
 
 /// Renders `options.draft` into `options.output`.
@@ -45,8 +45,8 @@ pub fn run(options: &RenderOptions) -> anyhow::Result<()> {
         .context("threads: cannot be started")?;
     let settings = Settings { size: options.size, spp: options.spp, seed: options.seed };
     let film = pool.install(|| -> anyhow::Result<_> {
-        let shader = cloth.prepare().context(source.name().to_owned())?;
-        let scene = Scene::built_in(shader, DEFAULT_SIDE)?;
+        let material = Material::cloth(&cloth).context(source.name().to_owned())?;
+        let scene = Scene::built_in(material, DEFAULT_SIDE)?;
         let bar = progress_bar(options);
         let film = render::render(&scene, &settings, || bar.inc(1));
         bar.finish_and_clear();

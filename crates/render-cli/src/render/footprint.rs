@@ -8,7 +8,6 @@
 use std::f32::consts::TAU;
 
 use glam::{DVec2, Vec2, Vec3};
-use selvedge_yarn_brdf::Shader;
 
 use super::intersect::Ray;
 use crate::scene::mesh::SurfacePoint;
@@ -36,28 +35,19 @@ pub const MAX_POINTS: usize = 8;
 const GRAZING: f32 = 0.1;
 
 impl Footprint {
-    /// At most `points` points around `point`, where `beam` arrives after `distance` metres.
-    /// Points in gaps do not count; where all are, `point` itself stands, which a ray has hit.
-    ///
-    /// `square` in [0, 1)² turns and shifts the pattern of the points: each follows the profile of
-    /// the beam, and no two are close.
+    /// The points at `offsets` from `centre`, uv in metres, that are not in a gap but cloth that
+    /// `exists`; at most [`MAX_POINTS`]. Where none does, `centre` stands for all.
     pub fn new(
-        shader: &Shader,
-        point: &SurfacePoint,
-        beam: &Beam,
-        distance: f32,
-        points: usize,
-        square: Vec2,
+        centre: Vec2,
+        offsets: impl Iterator<Item = Vec2>,
+        exists: impl Fn(DVec2) -> bool,
     ) -> Self {
-        let centre = point.uv.as_dvec2();
+        let centre = centre.as_dvec2();
         let mut footprint = Self { places: [centre; MAX_POINTS], count: 0 };
-        let [a, b] = axes(point, beam, distance);
-        for offset in gaussian_points(points.min(MAX_POINTS), square) {
-            let place = centre + (a * offset.x + b * offset.y).as_dvec2();
-            if shader.opacity(place) > 0.0 {
-                footprint.places[footprint.count] = place;
-                footprint.count += 1;
-            }
+        let places = offsets.map(|offset| centre + offset.as_dvec2());
+        for place in places.filter(|&place| exists(place)).take(MAX_POINTS) {
+            footprint.places[footprint.count] = place;
+            footprint.count += 1;
         }
         footprint.count = footprint.count.max(1);
         footprint
@@ -68,6 +58,22 @@ impl Footprint {
         let places = &self.places[..self.count];
         places.iter().map(|&place| value(place)).sum::<Vec3>() / places.len() as f32
     }
+}
+
+/// Offsets in uv, metres, of `count` points of the surface around `point`, where `beam` arrives
+/// after `distance` metres: spread like the profile of the beam, no two close together.
+///
+/// `square` in [0, 1)² turns and shifts the pattern. When it is uniform, each offset by itself has
+/// the distribution of the beam.
+pub fn offsets(
+    point: &SurfacePoint,
+    beam: &Beam,
+    distance: f32,
+    count: usize,
+    square: Vec2,
+) -> impl Iterator<Item = Vec2> {
+    let [a, b] = axes(point, beam, distance);
+    gaussian_points(count, square).map(move |place| a * place.x + b * place.y)
 }
 
 /// The uv of two perpendicular standard deviations of the beam, cast onto the surface.
@@ -120,6 +126,17 @@ mod tests {
         assert!(mean.length() < 1e-4, "{mean}");
         // The midpoint rule cuts the tail off.
         assert!(variance.abs_diff_eq(Vec2::ONE, 5e-3), "{variance}, expected 1");
+    }
+
+    #[test]
+    fn points_in_gaps_do_not_count() {
+        let offsets = [Vec2::X, Vec2::NEG_X, 2.0 * Vec2::X];
+        let mean = |exists: fn(DVec2) -> bool| {
+            let footprint = Footprint::new(Vec2::Y, offsets.into_iter(), exists);
+            footprint.mean(|uv| uv.as_vec2().extend(0.0))
+        };
+        assert_eq!(mean(|uv| uv.x > 0.0), Vec3::new(1.5, 1.0, 0.0));
+        assert_eq!(mean(|_| false), Vec3::new(0.0, 1.0, 0.0));
     }
 
     #[test]

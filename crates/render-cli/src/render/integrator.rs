@@ -11,7 +11,7 @@ use selvedge_normalize::warp::square_to_cosine_hemisphere;
 use selvedge_yarn_brdf::Shader;
 
 use super::{
-    footprint::{Beam, Footprint},
+    footprint::{self, Beam, Footprint},
     intersect::{Hit, Ray},
     sampler::Sample,
 };
@@ -28,7 +28,7 @@ const SURE_VERTICES: u32 = 4;
 const MAX_VERTICES: u32 = 256;
 
 /// Points at which cloth is shaded for each ray, where the camera sees it and where light bounces.
-const CAMERA_POINTS: usize = 8;
+const CAMERA_POINTS: usize = 4;
 const BOUNCE_POINTS: usize = 4;
 
 /// Spread of the beams between surfaces, in rad. A bounce goes anywhere and does not see single
@@ -38,7 +38,7 @@ const BOUNCE_SPREAD: f32 = 0.2;
 /// Share of directions at cloth that are drawn from a lobe around the mirror direction. Fibres
 /// scatter forwards, at grazing angles a hundred times as much as elsewhere; directions drawn by
 /// the cosine alone find that rarely and then with a weight that shows as a speck.
-const MIRROR_SHARE: f32 = 0.4;
+const MIRROR_SHARE: f32 = 0.1;
 
 /// Exponent of the cosine in that lobe: half of it lies within 24°, as wide as the highlights.
 const MIRROR_EXPONENT: f32 = 7.0;
@@ -104,9 +104,10 @@ impl<'a> Vertex<'a> {
         let frame = point.frame();
         let scatterer = match &surface.material {
             Material::Matte(reflectance) => Scatterer::Matte(*reflectance),
-            Material::Cloth(shader) => {
-                let square = sample.next_2d();
-                let footprint = Footprint::new(shader, &point, beam, hit.t, points, square);
+            Material::Cloth { shader, is_open } => {
+                let offsets = footprint::offsets(&point, beam, hit.t, points, sample.next_2d());
+                let exists = |uv| !is_open || shader.opacity(uv) > 0.0;
+                let footprint = Footprint::new(point.uv, offsets, exists);
                 Scatterer::Cloth(shader, footprint)
             }
         };
@@ -139,12 +140,11 @@ impl<'a> Vertex<'a> {
         if !self.is_in_front(wi, light.direction) {
             return Vec3::ZERO;
         }
-        let radiance = self.scattering(wi) * wi.z.abs() * light.irradiance;
         let ray = Ray { origin: self.leave(scene, light.direction), direction: light.direction };
-        if radiance == Vec3::ZERO || scene.occluded(&ray, light.distance) {
+        if scene.occluded(&ray, light.distance) {
             return Vec3::ZERO;
         }
-        radiance
+        self.scattering(wi) * wi.z.abs() * light.irradiance
     }
 
     /// A direction in world space to go on in, and f cos θ divided by its density.

@@ -5,7 +5,7 @@ pub mod light;
 pub mod mesh;
 
 use glam::Vec3;
-use selvedge_yarn_brdf::Shader;
+use selvedge_yarn_brdf::{Cloth, ClothError, Shader};
 use thiserror::Error;
 
 use self::{
@@ -42,8 +42,25 @@ pub struct Surface {
 pub enum Material {
     /// Scatters evenly: the reflectance, linear, each component in [0, 1].
     Matte(Vec3),
-    /// Woven cloth, through whose gaps rays pass.
-    Cloth(Shader),
+    /// Woven cloth.
+    Cloth {
+        /// How it scatters.
+        shader: Box<Shader>,
+        /// Whether it has gaps, through which rays pass; if not, nobody needs to look for them.
+        is_open: bool,
+    },
+}
+
+impl Material {
+    /// The material of `cloth`, prepared for shading.
+    ///
+    /// # Errors
+    ///
+    /// As for [`Cloth::prepare`].
+    pub fn cloth(cloth: &Cloth) -> Result<Self, ClothError> {
+        let is_open = cloth.yarns.iter().any(|yarn| yarn.size < 1.0);
+        Ok(Self::Cloth { shader: Box::new(cloth.prepare()?), is_open })
+    }
 }
 
 /// Why there is no scene.
@@ -61,11 +78,12 @@ pub enum SceneError {
 /// Neutral grey of the floor, as of backdrop paper.
 const FLOOR: Vec3 = Vec3::splat(0.5);
 
-/// Radiance of the key light, slightly warm: lets a white card on the floor reflect 0.6.
-const KEY: Vec3 = Vec3::new(20.8, 20.0, 18.6);
+/// Radiance of the key light, slightly warm: lets a white card on the floor reflect 0.7.
+const KEY: Vec3 = Vec3::new(24.4, 23.5, 21.8);
 
-/// Slightly cool: lets a white card under the open sky reflect 0.4.
-const SKY: Sky = Sky { zenith: Vec3::new(0.45, 0.5, 0.57), horizon: Vec3::new(0.19, 0.2, 0.215) };
+/// Slightly cool: lets a white card under the open sky reflect 0.3.
+const SKY: Sky =
+    Sky { zenith: Vec3::new(0.35, 0.38, 0.43), horizon: Vec3::new(0.15, 0.155, 0.165) };
 
 impl Scene {
     /// The scene of `surfaces`.
@@ -91,10 +109,10 @@ impl Scene {
     /// # Errors
     ///
     /// [`SceneError`] when the side is outside the range of [`BuiltIn::new`].
-    pub fn built_in(cloth: Shader, side: f32) -> Result<Self, SceneError> {
+    pub fn built_in(cloth: Material, side: f32) -> Result<Self, SceneError> {
         let built_in = BuiltIn::new(side)?;
         let surfaces = vec![
-            Surface { mesh: built_in.cloth, material: Material::Cloth(cloth) },
+            Surface { mesh: built_in.cloth, material: cloth },
             Surface { mesh: built_in.floor, material: Material::Matte(FLOOR) },
             Surface { mesh: built_in.form, material: Material::Matte(FLOOR) },
         ];
@@ -125,8 +143,8 @@ impl Scene {
     fn is_solid(&self, hit: &Hit) -> bool {
         let Surface { mesh, material } = self.surface(hit);
         match material {
-            Material::Matte(_) => true,
-            Material::Cloth(shader) => {
+            Material::Matte(_) | Material::Cloth { is_open: false, .. } => true,
+            Material::Cloth { shader, is_open: true } => {
                 let uv = mesh.uv(hit.triangle, hit.barycentrics);
                 shader.opacity(uv.as_dvec2()) > 0.0
             }
@@ -157,7 +175,7 @@ mod tests {
             uvs.into(),
             vec![[0, 1, 2], [0, 2, 3]],
         );
-        let material = Material::Cloth(cloth.prepare().unwrap());
+        let material = Material::cloth(&cloth).unwrap();
         let shape = RectangleLight { centre: Vec3::Z, half_u: Vec3::Y, half_v: Vec3::X };
         let camera = CameraPlacement {
             position: Vec3::Z,
