@@ -132,7 +132,7 @@ impl Shader {
     /// Directional albedo at `uv` (m) for `wo` on the face: `∫ f cos θi dwi`, linear RGB, by a
     /// quadrature of its own in f64, whose error is about 10⁻³.
     ///
-    /// 0 in a gap and for `wo` not above the surface. It takes about 10 µs.
+    /// 0 in a gap and for `wo` not above the surface.
     #[must_use]
     pub fn albedo_at(&self, uv: DVec2, wo: DVec3) -> DVec3 {
         self.albedo_with(uv, wo, |integrals, segment, wo| {
@@ -141,7 +141,7 @@ impl Shader {
     }
 
     /// Directional albedo for `wo` on the face, averaged over the segment that shows at `uv` (m);
-    /// otherwise as [`Shader::albedo_at`]. It takes about 200 µs.
+    /// otherwise as [`Shader::albedo_at`].
     #[must_use]
     pub fn albedo_of_segment(&self, uv: DVec2, wo: DVec3) -> DVec3 {
         self.albedo_with(uv, wo, |integrals, _, wo| integrals.mean(wo))
