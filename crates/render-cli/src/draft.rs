@@ -6,16 +6,14 @@ use std::{
     path::Path,
 };
 
-use selvedge_wif::{Diagnostic, Draft, Drawdown, DrawdownError, Severity};
+use selvedge_wif::{Diagnostic, Draft, Drawdown, DrawdownError, Location, Parse, Severity, Span};
 use thiserror::Error;
 
-/// A draft as read from a file.
+/// A file as the parser read it, whether or not it is a draft.
 #[derive(Clone, Debug)]
 pub struct DraftFile {
     name: String,
-    /// Text of the diagnostics from [`Severity::Warning`] on.
-    warnings: Vec<String>,
-    draft: Draft,
+    parse: Parse,
 }
 
 /// Why a file gives no drawdown.
@@ -67,15 +65,14 @@ pub enum DraftError {
 /// Over a hundred times the largest drafts in use.
 const MAX_BYTES: u64 = 1 << 28;
 
-/// Reads the draft at `path`, or from standard input for `-`.
+/// Reads the file at `path`, or standard input for `-`.
 ///
 /// # Errors
 ///
-/// [`DraftError`] when there is no readable file, or no draft in it.
+/// [`DraftError`] when there is no readable file.
 pub fn read(path: &Path) -> Result<DraftFile, DraftError> {
-    let from_stdin = path == Path::new("-");
-    let name = if from_stdin { "standard input".to_owned() } else { path.display().to_string() };
-    let bytes = if from_stdin { read_bytes(io::stdin()) } else { read_file(path) };
+    let name = name(path);
+    let bytes = if is_stdin(path) { read_bytes(io::stdin()) } else { read_file(path) };
     let bytes = match bytes {
         Ok(bytes) => bytes,
         Err(error) if error.kind() == io::ErrorKind::NotFound => {
@@ -89,19 +86,16 @@ pub fn read(path: &Path) -> Result<DraftFile, DraftError> {
     if bytes.len() as u64 > MAX_BYTES {
         return Err(DraftError::TooLarge { name });
     }
-    let parse = selvedge_wif::parse(&bytes);
-    let of_severity = |least: Severity| {
-        parse.diagnostics.iter().filter(move |diagnostic| diagnostic.severity >= least)
-    };
-    let Some(draft) = parse.draft else {
-        let errors: Vec<_> =
-            of_severity(Severity::Error).map(|error| describe(error, &name, &bytes)).collect();
-        return Err(DraftError::NotADraft { report: errors.join("\nerror: ") });
-    };
-    let warnings = of_severity(Severity::Warning)
-        .map(|warning| format!("{}: {}", warning.severity, describe(warning, &name, &bytes)))
-        .collect();
-    Ok(DraftFile { name, warnings, draft })
+    Ok(DraftFile { name, parse: selvedge_wif::parse(&bytes) })
+}
+
+/// What messages call the file at `path`.
+pub fn name(path: &Path) -> String {
+    if is_stdin(path) { "standard input".to_owned() } else { path.display().to_string() }
+}
+
+fn is_stdin(path: &Path) -> bool {
+    path == Path::new("-")
 }
 
 impl DraftFile {
@@ -110,28 +104,105 @@ impl DraftFile {
         &self.name
     }
 
+    /// What the parser made of it.
+    pub fn parse(&self) -> &Parse {
+        &self.parse
+    }
+
+    /// The draft, which may have errors that could be read past.
+    ///
+    /// # Errors
+    ///
+    /// [`DraftError::NotADraft`] when there is none.
+    pub fn draft(&self) -> Result<&Draft, DraftError> {
+        self.parse.draft.as_ref().ok_or_else(|| self.not_a_draft())
+    }
+
+    /// The draft, if it has no errors.
+    ///
+    /// # Errors
+    ///
+    /// [`DraftError::NotADraft`] when it has.
+    pub fn sound_draft(&self) -> Result<&Draft, DraftError> {
+        let draft = self.draft()?;
+        if self.parse.severity() == Some(Severity::Error) {
+            return Err(self.not_a_draft());
+        }
+        Ok(draft)
+    }
+
     /// What departs from the format or was lost in reading, each as text of three lines that
     /// begins with severity, file and line.
-    pub fn warnings(&self) -> &[String] {
-        &self.warnings
+    pub fn warnings(&self) -> impl Iterator<Item = String> {
+        self.parse
+            .diagnostics
+            .iter()
+            .filter(|diagnostic| diagnostic.severity >= Severity::Warning)
+            .map(|diagnostic| self.describe(diagnostic))
+    }
+
+    /// How many findings of this severity there are, with those that are counted but not listed.
+    pub fn count(&self, severity: Severity) -> usize {
+        let of_severity = |diagnostic: &&Diagnostic| diagnostic.severity == severity;
+        self.parse.diagnostics.iter().filter(of_severity).map(Diagnostic::count).sum()
+    }
+
+    /// The diagnostic with file, line and caret.
+    pub fn describe(&self, diagnostic: &Diagnostic) -> String {
+        format!("{}: {}", diagnostic.severity, self.unlabelled(diagnostic))
+    }
+
+    /// All diagnostics in the order of the file, each with its place unless it concerns the
+    /// file as a whole.
+    pub fn located(&self) -> impl Iterator<Item = (&Diagnostic, Option<Location>)> {
+        let source = self.parse.document.as_bytes();
+        let mut last = Location { line: 1, column: 1, line_start: 0 };
+        self.parse.diagnostics.iter().map(move |diagnostic| {
+            let span = diagnostic.span;
+            if span == Span::FILE {
+                return (diagnostic, None);
+            }
+            // From the line of the one before, so that all together read the source once.
+            let start = if span.start < last.line_start { 0 } else { last.line_start };
+            let lines = if start == 0 { 0 } else { last.line - 1 };
+            let place = Span { start: span.start - start, end: span.end - start };
+            let place = place.locate(&source[start..]);
+            let (line, line_start) = (place.line + lines, place.line_start + start);
+            last = Location { line, line_start, ..place };
+            (diagnostic, Some(last))
+        })
     }
 
     /// Which thread lies on top at each crossing.
     ///
     /// # Errors
     ///
-    /// [`DraftError::NoDrawdown`] when the draft lacks threads, threading or plan, or is too large.
+    /// [`DraftError`] when there is no draft, or it lacks threads, threading or plan, or is too
+    /// large.
     pub fn drawdown(&self) -> Result<Drawdown, DraftError> {
-        let no_drawdown = |source| DraftError::NoDrawdown { name: self.name.clone(), source };
-        self.draft.drawdown().map_err(no_drawdown)
+        self.draft()?.drawdown().map_err(|source| self.no_drawdown(source))
     }
-}
 
-/// The diagnostic with line and caret, the name of the file in place of its severity.
-fn describe(diagnostic: &Diagnostic, name: &str, source: &[u8]) -> String {
-    let text = diagnostic.display(source).to_string();
-    let label = format!("{}: ", diagnostic.severity);
-    format!("{name}: {}", text.strip_prefix(&label).unwrap_or(&text))
+    /// The error of a draft that cannot be woven.
+    pub fn no_drawdown(&self, source: DrawdownError) -> DraftError {
+        DraftError::NoDrawdown { name: self.name.clone(), source }
+    }
+
+    fn not_a_draft(&self) -> DraftError {
+        let diagnostics = self.parse.diagnostics.iter();
+        let errors: Vec<_> = diagnostics
+            .filter(|diagnostic| diagnostic.severity == Severity::Error)
+            .map(|error| self.unlabelled(error))
+            .collect();
+        DraftError::NotADraft { report: errors.join("\nerror: ") }
+    }
+
+    /// As [`DraftFile::describe`], without the severity.
+    fn unlabelled(&self, diagnostic: &Diagnostic) -> String {
+        let text = diagnostic.display(self.parse.document.as_bytes()).to_string();
+        let label = format!("{}: ", diagnostic.severity);
+        format!("{}: {}", self.name, text.strip_prefix(&label).unwrap_or(&text))
+    }
 }
 
 fn read_file(path: &Path) -> io::Result<Vec<u8>> {
@@ -147,4 +218,26 @@ fn read_bytes(reader: impl Read) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     reader.take(MAX_BYTES + 1).read_to_end(&mut bytes)?;
     Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_are_those_of_a_search_from_the_start() {
+        let bytes = "\u{feff}ä=1\r\n[WARP]\rThreads=x\n\nThreads=y\r\n[WEFT]z\nThreads=ä\n\tHue";
+        let file = DraftFile { name: String::new(), parse: selvedge_wif::parse(bytes.as_bytes()) };
+        let found: Vec<_> = file.located().map(|(_, place)| place).collect();
+        let expected: Vec<_> = file
+            .parse
+            .diagnostics
+            .iter()
+            .map(|diagnostic| diagnostic.span)
+            .map(|span| (span != Span::FILE).then(|| span.locate(bytes.as_bytes())))
+            .collect();
+        assert_eq!(found, expected);
+        let lines: Vec<_> = found.iter().flatten().map(|place| place.line).collect();
+        assert!(lines.contains(&6) && lines.contains(&8), "{lines:?}");
+    }
 }

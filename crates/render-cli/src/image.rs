@@ -1,19 +1,13 @@
-//! Picture files: a film as PNG or EXR, and a place to put it.
+//! Picture files: a film as PNG or EXR, plain pixels as PNG.
 
-use std::{
-    ffi::OsStr,
-    fs::OpenOptions,
-    io::{self, Cursor, Write},
-    path::{Path, PathBuf},
-};
+use std::{ffi::OsStr, io::Cursor, path::Path};
 
 use exr::prelude::WritableImage;
 use glam::Vec3;
 use image::{ExtendedColorType, ImageEncoder, ImageError, codecs::png::PngEncoder};
-use tempfile::NamedTempFile;
 use thiserror::Error;
 
-use crate::render::film::Film;
+use crate::render::film::{Film, Size};
 
 /// A format of pictures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,10 +52,23 @@ pub fn encode(film: &Film, format: Format) -> Result<Vec<u8>, EncodeError> {
 }
 
 fn encode_png(film: &Film) -> Result<Vec<u8>, EncodeError> {
-    let [width, height] = [film.size().width(), film.size().height()];
     let pixels: Vec<u8> = film.pixels().iter().flat_map(|&radiance| view(radiance)).collect();
+    encode_pixels(film.size(), &pixels)
+}
+
+/// The bytes of a PNG of these pixels: top row first, red, green and blue of each in sRGB.
+///
+/// # Errors
+///
+/// [`EncodeError::Png`] when the encoder refuses them.
+///
+/// # Panics
+///
+/// If there are not three bytes for each pixel of `size`.
+pub fn encode_pixels(size: Size, pixels: &[u8]) -> Result<Vec<u8>, EncodeError> {
     let mut bytes = Vec::new();
-    PngEncoder::new(&mut bytes).write_image(&pixels, width, height, ExtendedColorType::Rgb8)?;
+    let encoder = PngEncoder::new(&mut bytes);
+    encoder.write_image(pixels, size.width(), size.height(), ExtendedColorType::Rgb8)?;
     Ok(bytes)
 }
 
@@ -109,113 +116,6 @@ pub fn view(radiance: Vec3) -> [u8; 3] {
         };
         (255.0 * encoded).round() as u8
     })
-}
-
-/// A file to be written as a whole or not at all.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Destination {
-    /// As the user calls it.
-    name: String,
-    /// With symbolic links followed, as a link would be replaced.
-    path: PathBuf,
-    folder: PathBuf,
-}
-
-/// Why an output cannot be written.
-#[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum OutputError {
-    /// Its folder does not exist.
-    #[error("{name}: found no folder {folder}, expected an existing one")]
-    NoFolder {
-        /// The output.
-        name: String,
-        /// The folder.
-        folder: String,
-    },
-    /// The name is that of something else than a file.
-    #[error("{name}: found {found}, expected the name of a file")]
-    NotAFile {
-        /// The output.
-        name: String,
-        /// What it is.
-        found: &'static str,
-    },
-    /// The system does not let us.
-    #[error("{name}: cannot be written")]
-    Unwritable {
-        /// The output.
-        name: String,
-        /// What the system says.
-        source: io::Error,
-    },
-}
-
-impl Destination {
-    /// The file at `path`, after a test that it can be written, of which nothing is left.
-    ///
-    /// # Errors
-    ///
-    /// [`OutputError`] when it cannot.
-    pub fn new(path: &Path) -> Result<Self, OutputError> {
-        let name = path.display().to_string();
-        let path = path.canonicalize().unwrap_or_else(|_| path.to_owned());
-        let folder = match path.parent() {
-            Some(folder) if !folder.as_os_str().is_empty() => folder.to_owned(),
-            _ => PathBuf::from("."),
-        };
-        if path.exists() && !path.is_file() {
-            let found = if path.is_dir() { "a folder" } else { "a device or pipe" };
-            return Err(OutputError::NotAFile { name, found });
-        }
-        if !folder.is_dir() {
-            let folder = folder.display().to_string();
-            return Err(OutputError::NoFolder { name, folder });
-        }
-        let destination = Self { name, path, folder };
-        destination.test().map_err(|source| destination.unwritable(source))?;
-        Ok(destination)
-    }
-
-    /// Writes `bytes` to a temporary file beside the destination, then gives it its name. What was
-    /// there before is replaced.
-    ///
-    /// # Errors
-    ///
-    /// [`OutputError::Unwritable`]; then the destination is as it was.
-    pub fn write(&self, bytes: &[u8]) -> Result<(), OutputError> {
-        let write = || -> io::Result<()> {
-            let mut file = self.temporary()?;
-            file.write_all(bytes)?;
-            file.persist(&self.path)?;
-            Ok(())
-        };
-        write().map_err(|source| self.unwritable(source))
-    }
-
-    /// Fails where writing would. The temporary file goes at once: one kept until the picture is
-    /// done would stay behind when the program is interrupted.
-    fn test(&self) -> io::Result<()> {
-        match OpenOptions::new().write(true).open(&self.path) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
-            _ => self.temporary()?.close(),
-        }
-    }
-
-    fn temporary(&self) -> io::Result<NamedTempFile> {
-        let mut builder = tempfile::Builder::new();
-        // As an ordinary new file; temporary ones are readable by their owner only.
-        #[cfg(unix)]
-        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-        builder.prefix(".selvedge-").tempfile_in(&self.folder)
-    }
-
-    fn unwritable(&self, source: io::Error) -> OutputError {
-        // The name of a temporary file, which errors of its making carry, helps nobody.
-        let from_system = source.raw_os_error().is_some();
-        let source = if from_system { source } else { source.kind().into() };
-        OutputError::Unwritable { name: self.name.clone(), source }
-    }
 }
 
 #[cfg(test)]

@@ -5,6 +5,8 @@
 //!                             scene::drape, scene::light ─────┴▶ Scene ──render──▶ Film ──image──▶ PNG, EXR
 //! ```
 //!
+//! [`command::draft`] looks at drafts alone, without cloth.
+//!
 //! World space is in metres, right-handed, z up. Cloth coordinates are lengths in metres, u along
 //! the weft and v along the warp. Radiance is linear, with the primaries of sRGB, in units in which
 //! a white card on the floor of the built-in scene is about 1.
@@ -16,12 +18,25 @@ pub mod command;
 pub mod draft;
 pub mod fabric;
 pub mod image;
+pub mod output;
 pub mod render;
 pub mod scene;
+pub mod terminal;
 
 pub use glam;
 
 use args::{Arguments, Command};
+
+/// How it went, where nothing failed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// Done, or what was looked at is fine.
+    Done,
+    /// What was looked at has errors.
+    Faulty,
+    /// What was looked at misses a threshold that the command line sets.
+    BelowThreshold,
+}
 
 /// Does what the command line says.
 ///
@@ -29,8 +44,9 @@ use args::{Arguments, Command};
 ///
 /// What was asked for could not be done; then no output was left behind. The messages of the chain,
 /// outermost first, make one line: *where: what was found, expected what*.
-pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     match &arguments.command {
-        Command::Render(options) => command::render::run(options),
+        Command::Render(options) => command::render::run(options).map(|()| Outcome::Done),
+        Command::Draft(command) => command::draft::run(command),
     }
 }

@@ -1,20 +1,19 @@
 //! The `selvedge` program: arguments in, exit code out; all else is in the library.
 
-use std::{
-    io::{self, Write},
-    process::ExitCode,
-};
+use std::process::ExitCode;
 
 use clap::Parser;
-use selvedge_cli::args::Arguments;
+use selvedge_cli::{Outcome, args::Arguments, output::tell};
 
-/// 0: done. 1: failed, with one message on stderr. 2: the command line is wrong, as told by clap.
+/// 0: done. 1: failed, with one message on stderr, or errors found. 2: the command line is wrong, as
+/// told by clap. 3: only a threshold that the command line sets is missed.
 fn main() -> ExitCode {
     match selvedge_cli::run(&Arguments::parse()) {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(Outcome::Done) => ExitCode::SUCCESS,
+        Ok(Outcome::Faulty) => ExitCode::FAILURE,
+        Ok(Outcome::BelowThreshold) => ExitCode::from(3),
         Err(error) => {
-            // Where nobody listens, the exit code still tells.
-            let _ = writeln!(io::stderr(), "error: {error:#}");
+            tell(format_args!("error: {error:#}"));
             ExitCode::FAILURE
         }
     }

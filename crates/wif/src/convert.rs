@@ -9,7 +9,8 @@ impl Draft {
     /// The same draft with a lift plan in place of tie-up and treadling; the drawdown is the
     /// same. A draft that weaves by a lift plan only loses a tie-up and treadling it may have.
     ///
-    /// Shafts are in ascending order, without repetition.
+    /// Shafts are in ascending order, without repetition. Takes memory in proportion to the
+    /// shafts lifted over all picks, which can be as many as picks times shafts.
     #[must_use]
     pub fn to_liftplan(&self) -> Self {
         let mut draft = self.clone();

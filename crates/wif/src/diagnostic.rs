@@ -2,9 +2,11 @@
 
 use std::borrow::Cow;
 use std::fmt;
+use std::ops::Range;
 
+use crate::excerpt::{Excerpt, head};
 use crate::parse::text::Encoding;
-use crate::span::{Span, characters};
+use crate::span::Span;
 
 /// How much a [`Diagnostic`] matters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -105,7 +107,7 @@ codes! {
 
     /// A number is unreadable and was skipped.
     BadNumber = "bad-number", Warning;
-    /// Unmarked text follows a number and was read as a comment.
+    /// Unmarked text follows a number or a boolean and was read as a comment.
     TextAfterNumber = "text-after-number", Warning;
     /// A fraction is written with a comma.
     DecimalComma = "decimal-comma", Warning;
@@ -173,15 +175,23 @@ pub struct Diagnostic {
     pub span: Span,
     section: Option<Cow<'static, str>>,
     message: Box<str>,
+    count: usize,
 }
 
 impl Diagnostic {
+    /// How many findings it stands for: one, or for the last of a code that came too often
+    /// all those that are not listed.
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
     /// What was found, and what was expected or assumed: lower case, without a full stop.
     pub fn message(&self) -> &str {
         &self.message
     }
 
-    /// The name of the section it is in, where it is in one.
+    /// The name of the section it is in, where it is in one, fit for a terminal; a long name is
+    /// cut.
     pub fn section(&self) -> Option<&str> {
         self.section.as_deref()
     }
@@ -196,7 +206,7 @@ impl Diagnostic {
     ///        |     ^^ shafts-raised
     /// ```
     pub fn display<'a>(&'a self, source: &'a [u8]) -> impl fmt::Display + 'a {
-        Excerpt { diagnostic: self, source }
+        Display { diagnostic: self, source }
     }
 }
 
@@ -213,14 +223,14 @@ impl fmt::Display for Diagnostic {
 /// Most characters of a source line that an excerpt shows.
 const EXCERPT_WIDTH: usize = 64;
 
-struct Excerpt<'a> {
+struct Display<'a> {
     diagnostic: &'a Diagnostic,
     source: &'a [u8],
 }
 
-impl fmt::Display for Excerpt<'_> {
+impl fmt::Display for Display<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Diagnostic { severity, code, span, section, message } = self.diagnostic;
+        let Diagnostic { severity, code, span, section, message, .. } = self.diagnostic;
         if *span == Span::FILE {
             return write!(f, "{severity}: file: {message}\n       = {code}");
         }
@@ -231,58 +241,26 @@ impl fmt::Display for Excerpt<'_> {
         }
         writeln!(f, ": {message}")?;
 
-        let rest = self.source.get(place.line_start..).unwrap_or_default();
-        let before = &rest[..span.start.saturating_sub(place.line_start).min(rest.len())];
-        let after = &rest[before.len()..];
-        let after = after.split(|&b| b == b'\n' || b == b'\r').next().unwrap_or_default();
-        let encoding = Encoding::of(&rest[..before.len() + after.len()]);
-        let marked = &after[..(span.end - span.start).min(after.len())];
-
-        // A long line is cut so that the marked place stands in what is shown.
-        let (lead, lead_cut) = tail(before, encoding, EXCERPT_WIDTH / 2);
-        let (text, text_cut) = head(after, encoding, EXCERPT_WIDTH - lead.chars().count());
-        let ellipsis = |cut| if cut { "…" } else { "" };
+        let excerpt = Excerpt::new(self.source, *span, EXCERPT_WIDTH);
+        let characters = |range: Range<usize>| excerpt.text[range].chars().count();
         let gutter = format!("{}:{}", place.line, place.column);
-        writeln!(f, "{gutter:>6} | {}{lead}{text}{}", ellipsis(lead_cut), ellipsis(text_cut))?;
-        let indent = lead.chars().count() + usize::from(lead_cut);
-        let carets = characters(marked).clamp(1, text.chars().count().max(1));
+        writeln!(f, "{gutter:>6} | {}", excerpt.text)?;
+        let indent = characters(0..excerpt.mark.start);
+        let carets = characters(excerpt.mark.clone()).max(1);
         let width = gutter.len().max(6);
         write!(f, "{:width$} | {:indent$}{} {code}", "", "", "^".repeat(carets))
     }
 }
 
-/// The first `most` characters of `bytes` fit for a terminal, and whether any are left out.
-fn head(bytes: &[u8], encoding: Encoding, most: usize) -> (String, bool) {
-    // No character takes more than four bytes.
-    let window = &bytes[..bytes.len().min(most * 4 + 4)];
-    let text = encoding.decode(window);
-    let shown: String = text.chars().take(most).map(printable).collect();
-    let cut = window.len() < bytes.len() || text.chars().count() > most;
-    (shown, cut)
-}
-
-/// The last `most` characters of `bytes` fit for a terminal, and whether any are left out.
-fn tail(bytes: &[u8], encoding: Encoding, most: usize) -> (String, bool) {
-    let window = &bytes[bytes.len() - bytes.len().min(most * 4 + 4)..];
-    let text = encoding.decode(window);
-    let skip = text.chars().count().saturating_sub(most);
-    let shown: String = text.chars().skip(skip).map(printable).collect();
-    (shown, skip > 0 || window.len() < bytes.len())
-}
-
-fn printable(c: char) -> char {
-    match c {
-        '\t' => ' ',
-        c if c.is_control() => '\u{b7}',
-        c => c,
-    }
-}
-
 /// Text of a file as it appears in a message: quoted, short, on one line.
 pub(crate) fn quote(bytes: &[u8]) -> String {
-    const MOST: usize = 24;
-    let (text, cut) = head(bytes, Encoding::of(bytes), MOST);
-    format!("\"{text}{}\"", if cut { "…" } else { "" })
+    format!("\"{}\"", shortened(bytes, 24))
+}
+
+/// The first `most` characters of text of a file, on one line.
+pub(crate) fn shortened(bytes: &[u8], most: usize) -> String {
+    let (text, cut) = head(bytes, Encoding::of(bytes), most);
+    if cut { text + "…" } else { text }
 }
 
 /// Collects diagnostics while a file is read; keeps a bounded number of each code.
@@ -313,7 +291,8 @@ impl Report {
         if seen.0 <= crate::limits::DIAGNOSTICS_PER_CODE {
             let message = message().into_boxed_str();
             let section = self.section.clone();
-            self.kept.push(Diagnostic { severity: code.severity(), code, span, section, message });
+            let severity = code.severity();
+            self.kept.push(Diagnostic { severity, code, span, section, message, count: 1 });
         } else if seen.1 == Span::FILE {
             seen.1 = span;
         }
@@ -332,6 +311,7 @@ impl Report {
                     span,
                     section: None,
                     message,
+                    count: more,
                 });
             }
         }
@@ -385,6 +365,7 @@ mod tests {
         let all = report.finish();
         assert_eq!(all.len(), crate::limits::DIAGNOSTICS_PER_CODE + 1);
         assert_eq!(all.last().unwrap().message(), "980 more of the kind no-equals are not listed");
+        assert_eq!(all.iter().map(Diagnostic::count).sum::<usize>(), 1000);
     }
 
     #[test]

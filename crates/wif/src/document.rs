@@ -89,6 +89,13 @@ impl Document {
         self.places.iter().zip(ends).map(section)
     }
 
+    /// The comments, lines of their own and those behind values, in the order of the file.
+    ///
+    /// Those in private and unknown sections are content, and are not among them.
+    pub fn comments(&self) -> impl Iterator<Item = Span> {
+        self.sections().flat_map(Section::comments)
+    }
+
     /// The value of `key` in the sections called `section`, the last one if there are several.
     ///
     /// Without the comment behind it in a section whose values may have one. Keys before the
@@ -244,6 +251,22 @@ impl<'a> Section<'a> {
     ) -> impl Iterator<Item = (RawLine<'a>, line::Line<'a>)> + use<'a> {
         let lines = lines(self.body, self.start.saturating_add(self.header.len()));
         lines.map(|raw| (raw, line(raw.bytes)))
+    }
+
+    /// As [`Document::comments`], for this section.
+    fn comments(self) -> impl Iterator<Item = Span> + use<'a> {
+        let name = Name::of(self.raw_name().unwrap_or(b"WIF"));
+        let lines = name.map(|name| self.raw_lines().map(move |line| (name, line)));
+        lines.into_iter().flatten().filter_map(|(name, (raw, line))| {
+            let text = match line {
+                line::Line::Comment(text) => text,
+                line::Line::Entry { value, .. } if !name.has_text() => {
+                    value.get(value.iter().position(|&byte| byte == b';')?..)?
+                }
+                _ => return None,
+            };
+            Some(Span::new(raw.at + raw.bytes.offset(text), text.len()))
+        })
     }
 
     fn is_called(&self, name: &[u8]) -> bool {

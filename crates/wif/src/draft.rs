@@ -104,12 +104,13 @@ impl Draft {
     /// The plan that weaves by default: the lift plan where there is one, else tie-up and
     /// treadling, else none.
     pub fn plan(&self) -> Option<Plan> {
-        if !self.liftplan.is_empty() {
-            Some(Plan::LiftPlan)
-        } else if !self.tieup.is_empty() && !self.treadling.is_empty() {
-            Some(Plan::TieUp)
-        } else {
-            None
+        [Plan::LiftPlan, Plan::TieUp].into_iter().find(|&plan| self.has(plan))
+    }
+
+    pub(crate) fn has(&self, plan: Plan) -> bool {
+        match plan {
+            Plan::LiftPlan => !self.liftplan.is_empty(),
+            Plan::TieUp => !self.tieup.is_empty() && !self.treadling.is_empty(),
         }
     }
 

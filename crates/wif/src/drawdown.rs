@@ -15,11 +15,11 @@ pub enum DrawdownError {
     NoThreads,
     /// It does not say on which shafts the ends are.
     NoThreading,
-    /// It has neither a lift plan nor a tie-up with a treadling, or not the one asked for.
+    /// It has neither a lift plan nor a tie-up with a treadling.
     NoPlan,
-    /// The grid would take more memory than allowed.
+    /// The grid, or what is known of its threads, would take more memory than allowed.
     TooLarge {
-        /// Bytes it would take.
+        /// Bytes the larger of the two would take.
         bytes: u64,
         /// Bytes allowed.
         limit: u64,
@@ -50,9 +50,11 @@ impl std::error::Error for DrawdownError {}
 /// How to compute a drawdown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct DrawdownOptions {
-    /// The plan to weave by; by default [`Draft::plan`].
+    /// The plan to prefer where the draft has two; by default the lift plan, as [`Draft::plan`]
+    /// does.
     pub plan: Option<Plan>,
-    /// Most bytes the grid may take; by default [`limits::DRAWDOWN_BYTES`].
+    /// Most bytes the grid may take, and the list of its threads; by default
+    /// [`limits::DRAWDOWN_BYTES`].
     pub max_bytes: u64,
 }
 
@@ -81,7 +83,7 @@ impl Draft {
     /// An end is on top where one of its shafts is raised. An end on no shaft never is. On a
     /// sinking shed the raised shafts are those not listed.
     ///
-    /// Takes time in proportion to the crossings.
+    /// Takes time in proportion to the crossings, and to the shafts listed for each pick.
     ///
     /// # Errors
     ///
@@ -90,7 +92,7 @@ impl Draft {
         self.drawdown_with(&DrawdownOptions::default())
     }
 
-    /// As [`Draft::drawdown`], by another plan or with another bound on memory.
+    /// As [`Draft::drawdown`], with another plan preferred or another bound on memory.
     ///
     /// # Errors
     ///
@@ -103,15 +105,10 @@ impl Draft {
         if self.threading.is_empty() {
             return Err(DrawdownError::NoThreading);
         }
-        let plan = options.plan.or_else(|| self.plan()).ok_or(DrawdownError::NoPlan)?;
-        let missing = match plan {
-            Plan::LiftPlan => self.liftplan.is_empty(),
-            Plan::TieUp => self.tieup.is_empty() || self.treadling.is_empty(),
-        };
-        if missing {
-            return Err(DrawdownError::NoPlan);
-        }
-        let bytes = Grid::bytes(ends, picks);
+        let preferred = options.plan.filter(|&plan| self.has(plan));
+        let plan = preferred.or_else(|| self.plan()).ok_or(DrawdownError::NoPlan)?;
+        let threads = (u64::from(ends) + u64::from(picks)) * size_of::<Thread>() as u64;
+        let bytes = Grid::bytes(ends, picks).max(threads);
         if bytes > options.max_bytes {
             return Err(DrawdownError::TooLarge { bytes, limit: options.max_bytes });
         }
@@ -134,8 +131,8 @@ impl Draft {
             let table = if plan == Plan::LiftPlan { &self.liftplan } else { &self.tieup };
             listed.fill(false);
             for shaft in lists.iter().flat_map(|&list| table.get(list)) {
-                if let Some(listed) = listed.get_mut(*shaft as usize) {
-                    *listed = true;
+                if let Some(at) = harness.position(*shaft) {
+                    listed[at] = true;
                 }
             }
             let row = grid.row_mut(pick as usize);
@@ -149,8 +146,10 @@ impl Draft {
     }
 }
 
-/// The ends on each shaft.
+/// The ends on each shaft that has some.
 struct Harness {
+    /// Which shafts these are, in ascending order: memory grows with them, not with their numbers.
+    numbers: Vec<u32>,
     shafts: Vec<Shaft>,
 }
 
@@ -164,15 +163,17 @@ enum Shaft {
 impl Harness {
     fn new(threading: &Lists, ends: u32) -> Self {
         let words = (ends as usize).div_ceil(64);
-        let mut by_shaft: Vec<Vec<u32>> = Vec::new();
-        let count = threading.max_item().map_or(0, |shaft| shaft as usize + 1);
-        by_shaft.resize_with(count, Vec::new);
-        for (end, shafts) in threading.iter().filter(|&(end, _)| end < ends) {
-            for &shaft in shafts {
-                by_shaft[shaft as usize].push(end);
+        let threaded = || threading.iter().filter(|&(end, _)| end < ends);
+        let mut numbers: Vec<u32> = threaded().flat_map(|(_, shafts)| shafts).copied().collect();
+        numbers.sort_unstable();
+        numbers.dedup();
+        let mut by_shaft = vec![Vec::new(); numbers.len()];
+        for (end, shafts) in threaded() {
+            for at in shafts.iter().filter_map(|&shaft| position(&numbers, shaft)) {
+                by_shaft[at].push(end);
             }
         }
-        let shafts = by_shaft.into_iter().map(|ends| {
+        let shafts = by_shaft.into_iter().map(|ends: Vec<u32>| {
             if ends.len() < words {
                 return Shaft::Ends(ends);
             }
@@ -182,7 +183,20 @@ impl Harness {
             }
             Shaft::Mask(mask)
         });
-        Self { shafts: shafts.collect() }
+        Self { shafts: shafts.collect(), numbers }
+    }
+
+    fn position(&self, shaft: u32) -> Option<usize> {
+        position(&self.numbers, shaft)
+    }
+}
+
+/// Where `shaft` stands among `numbers`, which ascend.
+fn position(numbers: &[u32], shaft: u32) -> Option<usize> {
+    // Without gaps, the usual case, a shaft is found without a search.
+    match numbers.get(shaft as usize) {
+        Some(&number) if number == shaft => Some(shaft as usize),
+        _ => numbers.binary_search(&shaft).ok(),
     }
 }
 
@@ -373,5 +387,34 @@ impl Grid {
 
     pub(crate) fn row_mut(&mut self, y: usize) -> &mut [u64] {
         &mut self.bits[y * self.words..][..self.words]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_narrow_cloth_of_too_many_threads_is_refused() {
+        let mut draft = Draft::new(u32::MAX / 2, 1);
+        draft.threading.set(0, &[0]);
+        draft.liftplan.set(0, &[0]);
+        let error = draft.drawdown().unwrap_err();
+        assert!(
+            matches!(error, DrawdownError::TooLarge { bytes, .. } if bytes > 1 << 32),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn shafts_with_large_numbers_take_no_memory() {
+        let mut draft = Draft::new(2, 3);
+        draft.threading.set(0, &[u32::MAX, 7]);
+        draft.threading.set(1, &[7]);
+        draft.liftplan.set(0, &[7]);
+        draft.liftplan.set(1, &[u32::MAX, 3]);
+        let cloth = draft.drawdown().unwrap();
+        let rows: Vec<u64> = (0..3).map(|pick| cloth.row(pick)[0]).collect();
+        assert_eq!(rows, [0b11, 0b01, 0]);
     }
 }

@@ -59,6 +59,7 @@ mod diagnostic;
 mod document;
 mod draft;
 mod drawdown;
+mod excerpt;
 pub mod limits;
 mod parse;
 mod span;
@@ -78,6 +79,7 @@ pub use draft::{
     DefaultColor, Draft, ForeignSection, Plan, Side, Source, Symbol, Text, Thread, ThreadSet, Units,
 };
 pub use drawdown::{Drawdown, DrawdownError, DrawdownOptions};
+pub use excerpt::Excerpt;
 pub use parse::text::Encoding;
 pub use parse::{Options, Parse, parse, parse_with};
 pub use span::{Location, Span};

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::parse::text::BYTE_ORDER_MARK;
+
 /// A range of bytes of the source, `start` included and `end` excluded.
 ///
 /// The empty span at byte 0, [`Span::FILE`], stands for the file as a whole.
@@ -27,11 +29,13 @@ impl Span {
         source.get(self.start.min(end)..end).unwrap_or_default()
     }
 
-    /// Line and column of the first byte, found by reading `source` up to there.
+    /// Line and column of the first byte, found by reading `source` up to there. A byte order
+    /// mark takes no column.
     pub fn locate(self, source: &[u8]) -> Location {
         let before = source.get(..self.start).unwrap_or(source);
         let mut line = 1;
-        let mut line_start = 0;
+        let mut line_start =
+            if before.starts_with(BYTE_ORDER_MARK) { BYTE_ORDER_MARK.len() } else { 0 };
         for (at, &byte) in before.iter().enumerate() {
             let ends_line = byte == b'\n' || (byte == b'\r' && source.get(at + 1) != Some(&b'\n'));
             if ends_line {
@@ -87,6 +91,8 @@ mod tests {
     fn columns_count_characters() {
         assert_eq!(at("é=x".as_bytes(), 3), (1, 3));
         assert_eq!(at(b"\xe9=x", 2), (1, 3));
+        assert_eq!(at("\u{feff}é=x".as_bytes(), 6), (1, 3));
+        assert_eq!(at("\u{feff}x".as_bytes(), 0), (1, 1));
     }
 
     #[test]

@@ -99,3 +99,13 @@ fn an_edit_reaches_the_draft() {
     document.set("WARP", "Threads", "6").unwrap();
     assert_eq!(parse(document.as_bytes()).draft.unwrap().warp.count, 6);
 }
+
+#[test]
+fn comments_are_those_that_are_not_content() {
+    let file = "; head\r\n[TEXT]\r\nTitle=a; b\r\n[WARP]\r\nThreads=4 ; narrow\r\n  ;x\r\n\
+                [PRIVATE P]\r\n; kept\r\na=1 ; kept\r\n[NOTES]\r\n;lost\r\n1=a;b\r\n";
+    let document = Document::new(file);
+    let comments = document.comments().map(|span| span.of(file.as_bytes()));
+    let expected: [&[u8]; 4] = [b"; head", b"; narrow", b";x", b";lost"];
+    assert_eq!(comments.collect::<Vec<_>>(), expected);
+}

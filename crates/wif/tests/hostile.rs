@@ -105,6 +105,10 @@ fn no_file_takes_more_than_its_share() {
             assert!(elapsed < most, "{name}, {} bytes: {elapsed:?}, allowed {most:?}", file.len());
             assert!(parsed.diagnostics.len() < 20 * (limits::DIAGNOSTICS_PER_CODE + 1), "{name}");
             assert_eq!(parsed.document.as_bytes(), file, "{name}");
+            for diagnostic in &parsed.diagnostics {
+                let shown = diagnostic.display(&file).to_string();
+                assert!(shown.len() < 1000, "{name}: {} bytes of {}", shown.len(), diagnostic.code);
+            }
         }
     }
     if !measured {

@@ -148,8 +148,11 @@ fn a_plan_without_a_value_is_absent() {
 
 #[test]
 fn keys_beyond_the_threads_are_ignored() {
-    let draft = draft_with(&with("[LIFTPLAN]\n1=1\n3=1\n0=1\n"), Code::KeyBeyond);
-    assert_eq!(draft.liftplan.len(), 1);
+    let draft = draft_with(&with("[LIFTPLAN]\n1=1\n2=1\n3=9\n0=1\n"), Code::KeyBeyond);
+    assert_eq!((draft.liftplan.len(), draft.shafts), (2, 2));
+    // A plan of which nothing is left is still one: it lifts nothing.
+    let text = with("[LIFTPLAN]\n3=1\n[TIEUP]\n1=1\n[TREADLING]\n1=1\n");
+    assert_eq!(woven(&text), ["0000", "0000"]);
 }
 
 #[test]
@@ -158,6 +161,18 @@ fn a_section_from_zero_is_shifted() {
     assert_eq!(grid(&draft_with(&text, Code::ZeroBased).drawdown().unwrap()), ["1010", "0101"]);
     let tied = with("[TIEUP]\n0=2\n1=1\n[TREADLING]\n1=1\n2=2\n");
     assert_eq!(grid(&draft_with(&tied, Code::ZeroBased).drawdown().unwrap()), ["0101", "1010"]);
+    // Without a number of treadles, the last is the largest pressed.
+    let unknown = |treadling: &str| {
+        let text = format!("[TIEUP]\n0=2\n1=1\n2=2\n[TREADLING]\n{treadling}");
+        woven(&with(&text).replace("Treadles=2\n", ""))
+    };
+    assert_eq!(unknown("1=3\n2=1\n"), ["0101", "0101"]);
+    assert_eq!(unknown("1=1\n2=2\n"), ["1010", "0101"]);
+    let one = with("[TIEUP]\n0=2\n").replace("Treadles=2\n", "");
+    assert_eq!((draft(&one).treadles, draft(&one).tieup.get(0)), (1, &[1][..]));
+    // Whether there are lines beyond the last does not matter.
+    assert_eq!(woven(&with("[LIFTPLAN]\n0=1\n1=2\n7=1,2\n")), ["1010", "0101"]);
+    assert_eq!(woven(&with("[LIFTPLAN]\n0=1\n1=2\n2=1\n")), ["0101", "1010"]);
 }
 
 #[test]
@@ -166,6 +181,8 @@ fn shafts_and_treadles_beyond_raise_their_number() {
     assert_eq!(draft.shafts, 5);
     let draft = draft_with(&with("[TIEUP]\n4=1\n[TREADLING]\n1=3\n"), Code::TreadlesRaised);
     assert_eq!(draft.treadles, 4);
+    let none = with("[TIEUP]\n1=1\n").replace("Treadles=2", "Treadles=0");
+    assert_eq!(draft_with(&none, Code::TreadlesRaised).treadles, 1);
 }
 
 #[test]
@@ -191,6 +208,8 @@ fn the_shed_rises_unless_told_otherwise() {
         assert_eq!(grid(&draft.drawdown().unwrap()), ["1010", "0101"]);
     }
     assert!(draft_with(&with("").replace("Shed=yes", "Shed=up"), Code::BadBoolean).rising_shed);
+    let remarked = with("").replace("Shed=yes", "Shed=no sinking");
+    assert!(!draft_with(&remarked, Code::TextAfterNumber).rising_shed);
 }
 
 #[test]
@@ -200,6 +219,8 @@ fn the_lift_plan_weaves_where_plans_differ() {
     assert_eq!(grid(&draft.drawdown().unwrap()), ["1010", "0101"]);
     let options = DrawdownOptions { plan: Some(Plan::TieUp), ..DrawdownOptions::default() };
     assert_eq!(grid(&draft.drawdown_with(&options).unwrap()), ["1010", "1010"]);
+    let alone = self::draft(&with("[LIFTPLAN]\n1=2\n"));
+    assert_eq!(grid(&alone.drawdown_with(&options).unwrap()), ["0101", "0000"]);
     let parse = parse(with(both).as_bytes());
     let differ = parse.diagnostics.iter().find(|found| found.code == Code::PlansDiffer).unwrap();
     assert!(differ.message().contains("pick 2"), "{differ}");
@@ -229,6 +250,9 @@ fn colors_scale_from_their_range() {
     assert_eq!(table("Range=0,1998"), Rgb8([0, 128, 64]));
     assert_eq!(table("Range=0,255"), Rgb8([0, 255, 255]));
     assert_eq!(table("Range=9,3"), Rgb8([0, 255, 128]));
+    let wide = with("[COLOR TABLE]\n1=5000,999,0\n[WARP COLORS]\n1=1\n");
+    let color = draft_with(&wide, Code::ColorRange).thread(Side::Warp, 0).color;
+    assert_eq!(color, Rgb8([255, 255, 0]));
 }
 
 #[test]
@@ -249,6 +273,20 @@ fn threads_without_a_usable_color_have_a_default() {
 }
 
 #[test]
+fn a_color_table_from_zero_is_shifted_unless_its_numbers_are_used() {
+    let color = |entries: &str, number: u32| {
+        let table = "[COLOR TABLE]\n0=10,10,10\n1=11,11,11\n2=12,12,12\n";
+        let text =
+            format!("[COLOR PALETTE]\n{entries}Range=0,255\n{table}[WARP COLORS]\n1={number}\n");
+        draft(&with(&text)).thread(Side::Warp, 0).color.0[0]
+    };
+    let found = [1, 2, 3].map(|number| color("Entries=3\n", number));
+    assert_eq!(found, [10, 11, 12]);
+    assert_eq!([0, 1, 2, 3].map(|number| color("", number)), [10, 11, 12, 12]);
+    assert_eq!(color("Entries=3\n", 0), 10);
+}
+
+#[test]
 fn lengths_come_in_three_units() {
     let lengths = "Threads=4\nUnits= inches\nSpacing=0.1\nThickness=0.05";
     let text = with("[WARP SPACING]\n2=0.2\n3=0\n").replace("Threads=4", lengths);
@@ -266,6 +304,18 @@ fn lengths_come_in_three_units() {
     draft_with(&text.replace("inches", "furlongs"), Code::BadUnits);
     draft_with(&text.replace("Spacing=0.1", "Spacing=0,1"), Code::DecimalComma);
     draft_with(&text.replace("Thickness=0.05", "Thickness=0.5"), Code::ThickYarn);
+    let remarked = text.replace("Spacing=0.1", "Spacing=0.1 or so");
+    assert_eq!(draft_with(&remarked, Code::TextAfterNumber).warp.spacing, Some(0.1));
+}
+
+#[test]
+fn lengths_that_archives_make_up_are_told() {
+    let text = |lengths: &str| with("").replace("Threads=4", &format!("Threads=4\n{lengths}"));
+    for lengths in ["Spacing=0.0185\nThickness=0.0213", "Spacing=.0185", "Thickness=0.0213"] {
+        draft_with(&text(lengths), Code::DummySpacing);
+    }
+    let inches = parse(text("Units=inches\nSpacing=0.0185").as_bytes());
+    assert!(!codes(&inches).contains(&Code::DummySpacing), "{:?}", inches.diagnostics);
 }
 
 #[test]
@@ -300,6 +350,13 @@ fn contents_are_checked_and_never_trusted() {
     let text = with("[LIFTPLAN]\n1=1\n");
     assert_eq!(draft_with(&text, Code::ContentsOmits).liftplan.get(0), [0]);
     draft_with(&text.replace("WARP=yes", "WARP=yes\nTIEUP=true"), Code::ContentsListsAbsent);
+    let listed = |lines: &str| {
+        let found = parse(text.replace("WARP=yes", &format!("WARP=yes\n{lines}")).as_bytes());
+        codes(&found)
+    };
+    let twice = listed("LIFTPLAN=no\nLIFTPLAN=yes");
+    assert!(twice.contains(&Code::DuplicateKey) && !twice.contains(&Code::ContentsOmits));
+    assert!(listed("LIFTPLAN=yes\nLIFTPLAN=no").contains(&Code::ContentsOmits));
     draft_with("[WARP]\nThreads=1\n[WEFT]\nThreads=1\n", Code::MissingSection);
 }
 

@@ -1,3 +1,4 @@
 //! One module for each subcommand.
 
+pub mod draft;
 pub mod render;

@@ -1,10 +1,6 @@
 //! `selvedge render`: the cloth of a draft in the built-in scene.
 
-use std::{
-    fmt,
-    io::{self, Write},
-    time::Instant,
-};
+use std::time::Instant;
 
 use anyhow::Context;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -12,8 +8,8 @@ use rayon::ThreadPoolBuilder;
 
 use crate::{
     args::RenderOptions,
-    draft, fabric,
-    image::{self, Destination},
+    draft, fabric, image,
+    output::{Destination, tell},
     render::{self, Settings},
     scene::{Material, Scene, drape::DEFAULT_SIDE},
 };
@@ -30,10 +26,9 @@ pub fn run(options: &RenderOptions) -> anyhow::Result<()> {
     let started = Instant::now();
     let destination = Destination::new(&options.output.path)?;
     let source = draft::read(&options.draft)?;
+    source.draft()?;
     if !options.quiet {
-        for warning in source.warnings() {
-            tell(warning);
-        }
+        source.warnings().for_each(tell);
     }
     let drawdown = source.drawdown()?;
     let cloth = fabric::cloth(&drawdown).context(source.name().to_owned())?;
@@ -53,7 +48,8 @@ pub fn run(options: &RenderOptions) -> anyhow::Result<()> {
         Ok(film)
     })?;
 
-    destination.write(&image::encode(&film, options.output.format)?)?;
+    let picture = image::encode(&film, options.output.format)?;
+    destination.write(|file| file.write_all(&picture))?;
     if !options.quiet {
         tell(format_args!(
             "{}: {} ends x {} picks, repeat {:.1} x {:.1} mm, {} spp, {:.1} s",
@@ -67,11 +63,6 @@ pub fn run(options: &RenderOptions) -> anyhow::Result<()> {
         ));
     }
     Ok(())
-}
-
-/// Writes to stderr; where nobody listens, a message is no reason to fail.
-fn tell(message: impl fmt::Display) {
-    let _ = writeln!(io::stderr(), "{message}");
 }
 
 /// One step per row; draws nothing where stderr is not a terminal.

@@ -1,6 +1,7 @@
 //! What only the whole file shows: contents that do not match, colours that are missing,
 //! lengths that cannot be, plans that disagree.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use super::field;
@@ -11,7 +12,7 @@ use super::rows::{Rows, entry};
 use crate::color::Palette;
 use crate::diagnostic::{Code, quote};
 use crate::document::Section;
-use crate::draft::{Draft, Side, ThreadSet};
+use crate::draft::{Draft, Side, ThreadSet, Units};
 use crate::span::Span;
 
 /// Checks that `[WIF]` and `[CONTENTS]` are there, and the latter against the sections.
@@ -25,10 +26,11 @@ pub(super) fn contents(reader: &mut Reader<'_, '_>) {
         }
     }
     let Some(&first) = reader.of(Name::Contents).first() else { return };
-    let mut known = vec![false; Name::ALL.len()];
-    let mut foreign: BTreeMap<Vec<u8>, bool> = BTreeMap::new();
+    // What the last line about each section that is there says.
+    let mut known: Vec<Option<bool>> = vec![None; Name::ALL.len()];
+    let mut foreign: BTreeMap<Vec<u8>, Option<bool>> = BTreeMap::new();
     for section in reader.foreign() {
-        foreign.insert(folded(section.raw_name().unwrap_or_default()), false);
+        foreign.insert(folded(section.raw_name().unwrap_or_default()), None);
     }
 
     reader.report.enter(Name::Contents.as_str());
@@ -42,10 +44,9 @@ pub(super) fn contents(reader: &mut Reader<'_, '_>) {
                 None => foreign.contains_key(&folded(name.bytes)),
             };
             // An absent boolean is false, by the format.
-            if value.bytes.is_empty() || !field::boolean(reader.report, value, true) {
-                continue;
-            }
-            if !is_there {
+            let is_listed = !value.without_comment().bytes.is_empty()
+                && field::boolean(reader.report, value, true);
+            if is_listed && !is_there {
                 reader.report.add(Code::ContentsListsAbsent, name.span(), || {
                     format!("{} is listed, but there is no such section", quote(name.bytes))
                 });
@@ -55,28 +56,28 @@ pub(super) fn contents(reader: &mut Reader<'_, '_>) {
                 None => foreign.get_mut(&folded(name.bytes)),
             };
             if let Some(listed) = listed {
-                if *listed {
+                if listed.is_some() {
                     reader.report.add(Code::DuplicateKey, name.span(), || {
                         format!("{} is listed again, expected once", quote(name.bytes))
                     });
                 }
-                *listed = true;
+                *listed = Some(is_listed);
             }
         }
     }
 
-    let mut omitted: Vec<Section<'_>> = Vec::new();
-    for (&name, _) in Name::ALL.iter().zip(&known).filter(|(_, listed)| !**listed) {
-        if !matches!(name, Name::Wif | Name::Contents) {
-            omitted.extend(reader.of(name).iter().find(|section| has_lines(section)));
+    let mut omitted: Vec<Cow<'_, str>> = Vec::new();
+    for (&name, _) in Name::ALL.iter().zip(&known).filter(|(_, listed)| **listed != Some(true)) {
+        if !matches!(name, Name::Wif | Name::Contents) && reader.of(name).iter().any(has_lines) {
+            omitted.push(name.as_str().into());
         }
     }
-    omitted.extend(reader.foreign().iter().filter(|section| {
+    let unlisted = reader.foreign().iter().filter(|section| {
         let name = section.raw_name().unwrap_or_default();
-        foreign.get(&folded(name)) == Some(&false) && has_lines(section)
-    }));
-    for section in omitted {
-        let name = section.name().unwrap_or_default();
+        foreign.get(&folded(name)) != Some(&Some(true)) && has_lines(section)
+    });
+    omitted.extend(unlisted.filter_map(Section::name));
+    for name in omitted {
         reader.report.add(Code::ContentsOmits, header_span(&first), || {
             format!("{} is not listed, but there is such a section", quote(name.as_bytes()))
         });
@@ -142,12 +143,21 @@ pub(super) fn lengths(reader: &mut Reader<'_, '_>, side: Side, set: &ThreadSet, 
             .report
             .add(Code::UnitsAssumed, header, || "Units is not given; read as centimeters".into());
     }
-    if (set.spacing, set.thickness) == (Some(DUMMY.0), Some(DUMMY.1)) {
+    let is_dummy = (set.spacing == Some(DUMMY.0), set.thickness == Some(DUMMY.1));
+    if set.units == Units::Centimeters && is_dummy != (false, false) {
         reader.report.add(Code::DummySpacing, header, || {
             let (spacing, thickness) = DUMMY;
-            format!("spacing {spacing} and thickness {thickness} are what archives write unknowing")
+            match is_dummy {
+                (true, false) => format!("spacing {spacing} is what archives write unknowing"),
+                (false, _) => format!("thickness {thickness} is what archives write unknowing"),
+                (true, true) => format!(
+                    "spacing {spacing} and thickness {thickness} are what archives write unknowing"
+                ),
+            }
         });
-        return;
+        if is_dummy == (true, true) {
+            return;
+        }
     }
     let given = |length: &f64| *length > 0.0;
     let touches = |index: Option<u32>| {

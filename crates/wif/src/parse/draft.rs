@@ -1,7 +1,6 @@
 //! From the sections to a draft: counts, colours, and each list in order.
 
 use super::check;
-use super::field::{self, Field};
 use super::name::Name;
 use super::reader::{Reader, side_name, thread_name};
 use super::rows::{Numbering, Rows};
@@ -31,10 +30,12 @@ impl Reader<'_, '_> {
         let table = self.color_table();
         warp.symbol_table = self.symbol_table(Name::WarpSymbolTable);
         weft.symbol_table = self.symbol_table(Name::WeftSymbolTable);
-        let threading = self.threading(weaving.shafts);
+        let (ends, picks) =
+            (declared_ends.map(|(ends, _)| ends), declared_picks.map(|(picks, _)| picks));
+        let threading = self.threading(weaving.shafts, ends);
         let tieup = self.tieup(weaving.shafts);
-        let treadling = self.treadling(weaving.treadles);
-        let liftplan = self.liftplan(weaving.shafts);
+        let treadling = self.treadling(weaving.treadles, picks);
+        let liftplan = self.liftplan(weaving.shafts, picks);
         let ends = self.side_rows(Side::Warp);
         let picks = self.side_rows(Side::Weft);
         check::contents(&mut self);
@@ -47,7 +48,7 @@ impl Reader<'_, '_> {
         ];
         let told_shafts = threading.most.max(tieup.most).max(liftplan.most);
         let shafts = self.loom("shafts", weaving.shafts, told_shafts);
-        let (tied, first_treadle) = self.tied(&tieup.rows, weaving.treadles);
+        let (tied, first_treadle) = self.tied(&tieup.rows, treadling.most, weaving.treadles);
         let treadles = self.loom("treadles", weaving.treadles, treadling.most.max(tied));
         let ([Some(end_count), Some(pick_count)], Some(shafts), Some(treadles)) =
             (counts, shafts, treadles)
@@ -100,20 +101,19 @@ impl Reader<'_, '_> {
     }
 
     /// The number of threads: as declared, else as the lines tell.
-    fn threads(&mut self, side: Side, declared: Option<Field<'_>>, told: u32) -> Option<u32> {
+    fn threads(&mut self, side: Side, declared: Option<(u32, Span)>, told: u32) -> Option<u32> {
         let what = thread_name(side);
         let header = self.enter(side_name(side));
         let limit = self.max_threads;
-        let number = declared.and_then(|field| field::number(self.report, field));
-        let (count, span) = match (number, declared) {
-            (Some(count @ 1..), Some(field)) => (count, field.span()),
-            _ if told > 0 => {
+        let (count, span) = match declared {
+            Some(declared) => declared,
+            None if told > 0 => {
                 self.report.add(Code::CountMissing, header, || {
                     format!("number of {what}s is not given; read as {told}, as the data tells")
                 });
                 (told, header)
             }
-            _ => {
+            None => {
                 self.report.add(Code::NoThreads, header, || {
                     format!("no {what}s, expected their number or data for each")
                 });
@@ -144,18 +144,21 @@ impl Reader<'_, '_> {
     }
 
     /// How many treadles the tie-up tells of, and the number of the first.
-    fn tied(&mut self, rows: &Rows<(u32, u32)>, declared: Option<u32>) -> (u32, u32) {
+    fn tied(&mut self, rows: &Rows<(u32, u32)>, pressed: u32, declared: Option<u32>) -> (u32, u32) {
         self.report.enter(Name::Tieup.as_str());
-        let declared = declared.filter(|&declared| declared > 0);
-        let first = rows.first(self.report, self.document, declared.unwrap_or(rows.count()));
-        let most = declared.unwrap_or(u32::MAX).saturating_add(first).saturating_sub(1);
-        for row in rows.rows.iter().filter(|row| row.key > most) {
+        let told = rows.last.max(pressed).max(1);
+        let count = declared.filter(|&declared| declared > 0).unwrap_or(told);
+        let first = rows.first(self.report, self.document, count);
+        // From 1, whatever the first line is numbered.
+        let number = |key: u32| key.saturating_add(1).saturating_sub(first);
+        let most = declared.unwrap_or(u32::MAX);
+        for row in rows.rows.iter().filter(|row| number(row.key) > most) {
             self.report.add(Code::TreadlesRaised, row.span(self.document), || {
-                format!("treadle {} is tied, expected at most {most}", row.key)
+                format!("treadle {} is tied, expected at most {most}", number(row.key))
             });
         }
         let tied = if rows.rows.is_empty() { 0 } else { rows.last };
-        (tied.saturating_add(1).saturating_sub(first), first)
+        (number(tied), first)
     }
 
     /// The palette; colours of the table and of the sides are brought into its range.
@@ -166,10 +169,12 @@ impl Reader<'_, '_> {
         sides: [(&mut ThreadSet, &SideRows); 2],
     ) -> Palette {
         let has_inline = sides.iter().any(|(set, _)| set.has_inline_color());
-        let names_zero = sides.iter().any(|(set, rows)| {
-            let mut numbers = rows.colors.rows.iter().filter_map(|row| row.value);
-            set.color.is_some_and(|color| color.number == 0) || numbers.any(|number| number == 0)
+        let names = sides.iter().flat_map(|(set, rows)| {
+            let numbers = rows.colors.rows.iter().filter_map(|row| row.value);
+            numbers.chain(set.color.map(|color| color.number))
         });
+        let (least_name, last_name) =
+            names.fold((u32::MAX, 0), |(least, last), name| (least.min(name), last.max(name)));
         let range = range.unwrap_or_else(|| {
             let defaults = sides.iter().filter_map(|(set, _)| set.color?.rgb);
             let colors = table.rows.iter().filter_map(|row| row.value).chain(defaults);
@@ -191,8 +196,9 @@ impl Reader<'_, '_> {
         // Numbers of colours are names, so a table from 0 is only shifted where no thread has
         // a colour 0.
         self.report.enter(Name::ColorTable.as_str());
-        let count = entries.unwrap_or(table.count());
-        let first = if names_zero { 1 } else { table.first(self.report, self.document, count) };
+        let count = entries.unwrap_or(table.last.max(last_name));
+        let first =
+            if least_name == 0 { 1 } else { table.first(self.report, self.document, count) };
         let shift = 1_u32.saturating_sub(first);
         for row in &mut table.rows {
             row.key = row.key.saturating_add(shift);
@@ -206,11 +212,10 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// The range of components where none is given: the first usual one that has `most`.
+    /// The range of components where none is given, `most` being the largest.
     fn assumed_range(&mut self, most: Option<u32>) -> (u32, u32) {
         let Some(most) = most else { return Palette::default().range };
-        let usual = [255, 999, 65_535];
-        let high = usual.into_iter().find(|&high| most <= high).unwrap_or(most);
+        let high = if most > 255 { 999 } else { 255 };
         let palette = self.enter(Name::ColorPalette);
         let span = if palette == Span::FILE { self.enter(Name::ColorTable) } else { palette };
         self.report.add(Code::RangeAssumed, span, || {
@@ -298,7 +303,12 @@ impl Reader<'_, '_> {
     }
 
     fn lists(&mut self, ListRows { rows, items, .. }: ListRows, numbering: Numbering) -> Lists {
-        let ranges = rows.in_order(self.report, self.document, numbering);
+        let has_value = rows.rows.iter().any(|row| row.value.is_some());
+        let mut ranges = rows.in_order(self.report, self.document, numbering);
+        if has_value && ranges.is_empty() {
+            // Every line was ignored, but the section is there: no list at all would mean it is not.
+            ranges.push((0, (0, 0)));
+        }
         let list = |&(index, (start, end)): &(u32, (u32, u32))| {
             (index, items.get(start as usize..end as usize).unwrap_or_default())
         };

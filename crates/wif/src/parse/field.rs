@@ -39,9 +39,7 @@ pub(super) fn numbers(
         match item {
             Item::Number(number, digits) => each(report, number, field.span_of(digits)),
             Item::Annotated(number, text) => {
-                report.add(Code::TextAfterNumber, field.span_of(text), || {
-                    format!("{} follows a number, expected ; before a comment", quote(text))
-                });
+                annotated(report, field, text);
                 each(report, number, field.span());
             }
             Item::Bad(text) => report.add(Code::BadNumber, field.span_of(text), || {
@@ -49,6 +47,27 @@ pub(super) fn numbers(
             }),
         }
     }
+}
+
+/// Reports text behind a value, which is read as a comment.
+fn annotated(report: &mut Report, field: Field<'_>, text: &[u8]) {
+    report.add(Code::TextAfterNumber, field.span_of(text), || {
+        format!("{} follows the value, expected ; before a comment", quote(text))
+    });
+}
+
+/// A value of `grammar`, which a comment may follow, even one that lacks its `;`.
+fn single<V>(
+    report: &mut Report,
+    field: Field<'_>,
+    grammar: impl Fn(&[u8]) -> Option<V>,
+) -> Option<V> {
+    grammar(field.bytes).or_else(|| {
+        let (word, text) = value::word(field.bytes)?;
+        let value = grammar(word)?;
+        annotated(report, field, text);
+        Some(value)
+    })
 }
 
 /// The first number of a list.
@@ -60,7 +79,7 @@ pub(super) fn number(report: &mut Report, field: Field<'_>) -> Option<u32> {
 
 pub(super) fn real(report: &mut Report, field: Field<'_>) -> Option<f64> {
     let field = field.without_comment();
-    let Some((real, comma)) = value::real(field.bytes) else {
+    let Some((real, comma)) = single(report, field, value::real) else {
         report.add(Code::BadNumber, field.span(), || {
             format!("{} is skipped, expected a length of 0 or more", quote(field.bytes))
         });
@@ -93,10 +112,10 @@ pub(super) fn color(report: &mut Report, field: Field<'_>) -> Option<[u32; 3]> {
 
 /// `assumed` where the value is neither true nor false.
 pub(super) fn boolean(report: &mut Report, field: Field<'_>, assumed: bool) -> bool {
-    let word = field.without_comment().bytes;
-    value::boolean(word).unwrap_or_else(|| {
+    let field = field.without_comment();
+    single(report, field, value::boolean).unwrap_or_else(|| {
         report.add(Code::BadBoolean, field.span(), || {
-            format!("{} is read as {assumed}, expected true or false", quote(word))
+            format!("{} is read as {assumed}, expected true or false", quote(field.bytes))
         });
         assumed
     })

@@ -5,11 +5,14 @@ use super::line::Line;
 use super::name::{Name, is_reserved, same_name};
 use super::rows::{Rows, entry};
 use super::value;
-use crate::diagnostic::{Code, Report, quote};
+use crate::diagnostic::{Code, Report, quote, shortened};
 use crate::document::{Document, Section};
 use crate::draft::Side;
 use crate::limits;
 use crate::span::Span;
+
+/// Most characters of the name of an unknown section in a diagnostic.
+const SECTION_NAME: usize = 40;
 
 /// Reads the sections of a document into a draft.
 pub(super) struct Reader<'d, 'r> {
@@ -52,7 +55,7 @@ impl<'d, 'r> Reader<'d, 'r> {
             let known = Name::of(raw_name);
             match known {
                 Some(name) => self.report.enter(name.as_str()),
-                None => self.report.enter(String::from_utf8_lossy(raw_name).into_owned()),
+                None => self.report.enter(shortened(raw_name, SECTION_NAME)),
             }
             self.check_header(&section);
             match known {

@@ -54,14 +54,15 @@ impl<V> Rows<V> {
         self.last.saturating_add(u32::from(self.has_zero))
     }
 
-    /// The number of the first line among `count`: 0 where one is numbered so and the last is
-    /// missing, which is reported, else 1.
+    /// The number of the first line among `count`: 0 where one is numbered so and number `count`
+    /// is missing, which is reported, else 1. Lines beyond do not count.
     pub(super) fn first(&self, report: &mut Report, document: &Document, count: u32) -> u32 {
-        if !self.has_zero || self.last >= count {
+        if !self.has_zero || self.rows.iter().any(|row| row.key == count) {
             return 1;
         }
+        let inside = self.rows.iter().filter(|row| row.key < count);
+        let last = inside.map(|row| row.key).max().unwrap_or(0);
         if let Some(zero) = self.rows.iter().find(|row| row.key == 0) {
-            let last = self.last;
             report.add(Code::ZeroBased, zero.span(document), || {
                 format!("numbered 0 to {last}, expected 1 to {count}; read as counted from 0")
             });

@@ -21,11 +21,11 @@ pub(super) struct Weaving {
 }
 
 /// The section `[WARP]` or `[WEFT]`.
-pub(super) struct SideFields<'d> {
+pub(super) struct SideFields {
     /// The threads, without their number.
     pub(super) set: ThreadSet,
-    /// Their number, if it is given.
-    pub(super) threads: Option<Field<'d>>,
+    /// Their number and where it stands, if it is given.
+    pub(super) threads: Option<(u32, Span)>,
     /// Whether the unit is given.
     pub(super) units: bool,
 }
@@ -37,7 +37,7 @@ pub(super) struct ListRows {
     pub(super) rows: Rows<(u32, u32)>,
     /// Shafts or treadles, counted from 0.
     pub(super) items: Vec<u32>,
-    /// The largest number of a shaft or treadle, counted from 1.
+    /// The largest number of a shaft or treadle, counted from 1, but for lines that are ignored.
     pub(super) most: u32,
 }
 
@@ -47,6 +47,8 @@ struct ListKind {
     subject: &'static str,
     verb: &'static str,
     object: &'static str,
+    /// The number of subjects, if lines beyond it are to be ignored.
+    subjects: Option<u32>,
     /// The number of objects, if it is given, and the code for one beyond.
     declared: Option<u32>,
     beyond: Code,
@@ -161,7 +163,7 @@ impl<'d> Reader<'d, '_> {
     }
 
     /// `[WARP]` or `[WEFT]`
-    pub(super) fn side(&mut self, side: Side) -> SideFields<'d> {
+    pub(super) fn side(&mut self, side: Side) -> SideFields {
         let name = side_name(side);
         let [
             threads,
@@ -187,6 +189,10 @@ impl<'d> Reader<'d, '_> {
                 "Thickness Zoom",
             ],
         );
+        let threads = threads.and_then(|field| {
+            let number = field::number(self.report, field).filter(|&number| number > 0)?;
+            Some((number, field.span()))
+        });
         let set = ThreadSet {
             color: color.and_then(|field| self.default_color(field)),
             symbol: symbol.and_then(|field| self.symbol(field)),
@@ -281,12 +287,13 @@ impl<'d> Reader<'d, '_> {
     }
 
     /// `[THREADING]`: shafts by end.
-    pub(super) fn threading(&mut self, shafts: Option<u32>) -> ListRows {
+    pub(super) fn threading(&mut self, shafts: Option<u32>, ends: Option<u32>) -> ListRows {
         self.list_rows(&ListKind {
             name: Name::Threading,
             subject: "end",
             verb: "is on",
             object: "shaft",
+            subjects: ends,
             declared: shafts,
             beyond: Code::ShaftsRaised,
         })
@@ -299,30 +306,33 @@ impl<'d> Reader<'d, '_> {
             subject: "treadle",
             verb: "ties",
             object: "shaft",
+            subjects: None,
             declared: shafts,
             beyond: Code::ShaftsRaised,
         })
     }
 
     /// `[TREADLING]`: treadles by pick.
-    pub(super) fn treadling(&mut self, treadles: Option<u32>) -> ListRows {
+    pub(super) fn treadling(&mut self, treadles: Option<u32>, picks: Option<u32>) -> ListRows {
         self.list_rows(&ListKind {
             name: Name::Treadling,
             subject: "pick",
             verb: "presses",
             object: "treadle",
+            subjects: picks,
             declared: treadles,
             beyond: Code::TreadlesRaised,
         })
     }
 
     /// `[LIFTPLAN]`: shafts by pick.
-    pub(super) fn liftplan(&mut self, shafts: Option<u32>) -> ListRows {
+    pub(super) fn liftplan(&mut self, shafts: Option<u32>, picks: Option<u32>) -> ListRows {
         self.list_rows(&ListKind {
             name: Name::Liftplan,
             subject: "pick",
             verb: "lifts",
             object: "shaft",
+            subjects: picks,
             declared: shafts,
             beyond: Code::ShaftsRaised,
         })
@@ -336,13 +346,14 @@ impl<'d> Reader<'d, '_> {
         let place = |items: &Vec<u32>| u32::try_from(items.len()).unwrap_or(u32::MAX);
         let rows = self.rows(kind.name, |report, key, field| {
             let start = place(&items);
+            let is_ignored = kind.subjects.is_some_and(|subjects| key > subjects);
             field::numbers(report, field, |report, number, span| {
                 let (code, bound) = if number > limit {
                     (Code::Limit, limit)
                 } else {
                     (kind.beyond, kind.declared.unwrap_or(u32::MAX))
                 };
-                if number > bound {
+                if number > bound && !is_ignored {
                     report.add(code, span, || {
                         format!(
                             "{subject} {key} {verb} {object} {number}, expected at most {bound}"
@@ -354,7 +365,7 @@ impl<'d> Reader<'d, '_> {
                     && number <= limit
                 {
                     items.push(index);
-                    most = most.max(number);
+                    most = if is_ignored { most } else { most.max(number) };
                 }
             });
             Some((start, place(&items)))

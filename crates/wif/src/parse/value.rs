@@ -81,6 +81,12 @@ fn item(input: &[u8]) -> Item<'_> {
     }
 }
 
+/// The value before white space, and the text behind that, if there is any.
+pub(crate) fn word(input: &[u8]) -> Option<(&[u8], &[u8])> {
+    let (text, word) = take_till::<_, _, ()>(is_space)(input).ok()?;
+    (!text.is_empty()).then(|| (word, trim(text)))
+}
+
 /// `real = digits [ ( "." | "," ) digits ] [ exponent ]`, at least 0 and finite; with it whether
 /// the fraction is written with a comma
 pub(crate) fn real(input: &[u8]) -> Option<(f64, bool)> {
@@ -195,6 +201,12 @@ mod tests {
         for (input, expected) in cases {
             assert_eq!(real(input), expected, "{}", input.escape_ascii());
         }
+    }
+
+    #[test]
+    fn words_end_at_white_space() {
+        assert_eq!(word(b"0.1 \tor so"), Some((&b"0.1"[..], &b"or so"[..])));
+        assert_eq!((word(b"0.1"), word(b"")), (None, None));
     }
 
     #[test]

@@ -1,5 +1,7 @@
 //! The command line as data.
 
+mod draft;
+
 use std::path::PathBuf;
 
 use clap::{
@@ -8,6 +10,9 @@ use clap::{
 };
 use thiserror::Error;
 
+pub use self::draft::{
+    ConvertOptions, DraftCommand, DrawdownOptions, Form, InfoOptions, LintOptions, RewriteOptions,
+};
 use crate::{image::Format, render::film::Size, render::sampler::MAX_SAMPLES};
 
 /// Renders woven cloth from a weaver's draft.
@@ -31,6 +36,10 @@ pub enum Command {
     ///
     /// Exit codes: 0 done, 1 failed, 2 wrong command line. What fails leaves no output behind.
     Render(RenderOptions),
+
+    /// Tells about, checks, draws and rewrites a draft
+    #[command(subcommand)]
+    Draft(DraftCommand),
 }
 
 /// Arguments of `selvedge render`.
