@@ -11,6 +11,7 @@ use selvedge_normalize::{
     halton::{Halton, Scrambling},
     maximize,
     scale::{Mode, Options},
+    table::{AlbedoTable, Resolution},
     warp::square_to_cosine_hemisphere,
 };
 
@@ -46,6 +47,20 @@ fn albedo(c: &mut Criterion) {
     });
 }
 
+fn table(c: &mut Criterion) {
+    let (sampling, resolution) = (Sampling::default(), Resolution::default());
+    c.bench_function("table of a Phong lobe, default settings", |b| {
+        b.iter(|| AlbedoTable::of(&phong, Some(DVec2::ZERO), &sampling, &resolution));
+    });
+    let table = AlbedoTable::of(&phong, Some(DVec2::ZERO), &sampling, &resolution).expect("valid");
+    let squares = Halton::new().points_from(NonZeroU32::MIN).take(1000);
+    let directions: Vec<DVec3> =
+        squares.map(|s| square_to_cosine_hemisphere(DVec2::from_array(s))).collect();
+    c.bench_function("1000 lookups in a table", |b| {
+        b.iter(|| directions.iter().map(|w| table.at(black_box(*w))).sum::<f64>());
+    });
+}
+
 fn factor(c: &mut Criterion) {
     let hill = |p: [f64; 4]| -p.iter().map(|x| (x - 0.4).powi(2)).sum::<f64>();
     c.bench_function("default search in 4 dimensions", |b| {
@@ -61,6 +76,6 @@ fn factor(c: &mut Criterion) {
 criterion_group! {
     name = benches;
     config = Criterion::default().sample_size(10);
-    targets = points, albedo, factor
+    targets = points, albedo, table, factor
 }
 criterion_main!(benches);

@@ -8,6 +8,9 @@ use crate::search::NotFinite;
 /// Number of independent estimates whose spread gives the error.
 const REPLICATES: usize = 16;
 
+/// The share of [`Sampling::at_least`] that must carry weight before the error is believed.
+const CONTRIBUTING: f64 = 1.0 / 16.0;
+
 /// Two-sided 99.9 % quantile of Student's t with `REPLICATES − 1` = 15 degrees of freedom.
 const STUDENT_T: f64 = 4.0728;
 
@@ -19,7 +22,8 @@ pub struct Sampling {
     /// Stop as soon as the absolute error is estimated to be at most this; 0 or NaN spends all points.
     pub tolerance: f64,
     /// Points taken before the error is believed. A feature of the integrand that covers less than
-    /// about `1 / at_least` of the cube can be missed altogether, and then the error does not show it.
+    /// about `1 / at_least` of the cube can be missed altogether, and then the error does not show it;
+    /// if there is little besides that feature, this is noticed (see [`mean`]), and `1 / at_most` counts.
     pub at_least: NonZeroU32,
     /// The most points taken, also if the tolerance is not reached; overrides `at_least`.
     pub at_most: NonZeroU32,
@@ -50,8 +54,13 @@ pub struct Estimate {
 ///
 /// Sixteen copies of the Halton sequence, each shifted modulo 1 by its own hash of the seed (Cranley
 /// & Patterson 1976), give sixteen independent unbiased estimates. Their mean is the value; the
-/// error is 4.07 of their standard errors, 99.9 % of Student's distribution. The number of points
-/// doubles until the error is within the tolerance. For a smooth f the error falls roughly as 1/n.
+/// error is 4.07 of their standard errors, 99.9 % of Student's distribution. For a smooth f it falls
+/// roughly as 1/n.
+///
+/// The number of points doubles until the error is within the tolerance and can be believed. n values
+/// v of which few are large say no more than `(Σ|v|)² / Σv²` equal ones (Owen 2013, chapter 9): this
+/// effective number must reach a sixteenth of [`Sampling::at_least`]. An f that is 0 wherever it is
+/// looked at has none, so all points are spent on it.
 ///
 /// # Errors
 ///
@@ -83,19 +92,42 @@ pub(crate) fn try_mean<const D: usize, E>(
     let shifts = shifts(sampling.seed);
     let mut points = Halton::<D>::new().points_from(NonZeroU32::MIN);
     let mut sums = [0.0; REPLICATES];
+    let mut weights = Weights::default();
     let mut done = 0;
     loop {
         for point in points.by_ref().take((target - done) as usize) {
             for (sum, shift) in sums.iter_mut().zip(&shifts) {
-                *sum += f(shifted(point, shift))?;
+                let value = f(shifted(point, shift))?;
+                *sum += value;
+                weights.add(value);
             }
         }
         done = target;
         let (value, error) = student(sums.map(|sum| sum / f64::from(done)));
-        if error <= sampling.tolerance || done == last {
+        let is_believed = weights.effective() >= CONTRIBUTING * f64::from(sampling.at_least.get());
+        if (error <= sampling.tolerance && is_believed) || done == last {
             return Ok(Estimate { value, error, points: done.saturating_mul(REPLICATES as u32) });
         }
         target = done.saturating_mul(2).min(last);
+    }
+}
+
+/// How evenly a sum is spread over its terms.
+#[derive(Debug, Default)]
+struct Weights {
+    sum: f64,
+    squares: f64,
+}
+
+impl Weights {
+    fn add(&mut self, value: f64) {
+        self.sum += value.abs();
+        self.squares += value * value;
+    }
+
+    /// How many terms of equal size would say as much; 0 if the squares of all of them are 0.
+    fn effective(&self) -> f64 {
+        if self.squares > 0.0 { self.sum * (self.sum / self.squares) } else { 0.0 }
     }
 }
 
@@ -146,6 +178,24 @@ mod tests {
         let some = mean(f, &sampling(1e-4, 16, 1 << 20)).expect("finite");
         assert!(some.error <= 1e-4 && some.points < 1 << 20, "{some:?}");
         assert!((some.value - 0.25).abs() <= some.error, "{some:?}");
+    }
+
+    #[test]
+    fn a_sum_that_stands_on_few_points_is_not_believed() {
+        let peak = |[x, y]: [f64; 2]| {
+            let r_sq = (x - 0.3).powi(2) + (y - 0.6).powi(2);
+            (-r_sq / 2e-4).exp() / (2e-4 * core::f64::consts::PI)
+        };
+        // The tails that most of 256 points see are within any such tolerance; the peak is not.
+        let narrow = mean(peak, &sampling(1e-2, 256, 1 << 18)).expect("finite");
+        assert!(
+            narrow.points > 1 << 12 && (narrow.value - 1.0).abs() <= narrow.error,
+            "{narrow:?}"
+        );
+        let zero = mean(|_: [f64; 2]| 0.0, &sampling(1e-2, 256, 4096)).expect("finite");
+        assert_eq!(zero, Estimate { value: 0.0, error: 0.0, points: 4096 });
+        let constant = mean(|_: [f64; 2]| -2.0, &sampling(1e-2, 256, 4096)).expect("finite");
+        assert_eq!(constant, Estimate { value: -2.0, error: 0.0, points: 256 });
     }
 
     #[test]

@@ -364,27 +364,36 @@ mod tests {
 
     #[test]
     fn no_value_reaches_one() {
+        let mut rounded_up = 0u32;
         for base in Base::ALL {
+            // 1 − φ ≤ 2⁻²⁵, which rounds to 1 in f32, takes at least as many leading digits b − 1 as b
+            // has powers up to 2²⁵. These are all the indices that have so many.
             let b = u64::from(base.get());
-            // All digits b − 1, with the most digits an index can have: the value nearest to 1.
-            let mut power = b;
-            while power * b <= 1 << 32 {
-                power *= b;
+            let mut run = b;
+            while run * b <= 1 << 25 {
+                run *= b;
             }
-            let largest = u32::try_from(power - 1).expect("below 2^32");
+            let dangerous = (1..=(1u64 << 32) / run).map(|k| u32::try_from(k * run - 1));
             let sampled = (1..=u32::MAX).step_by(7_654_321);
-            for index in sampled.chain([1, largest - 1, largest, u32::MAX - 1, u32::MAX]) {
+            for index in dangerous.map(|n| n.expect("below 2^32")).chain(sampled).chain([u32::MAX])
+            {
                 let (x, y) = (radical_inverse(base, index), radical_inverse_f32(base, index));
                 assert!(x < 1.0 && y < 1.0, "base {b}, index {index}: {x} {y}");
+                rounded_up += u32::from(x as f32 == 1.0);
                 for scrambling in [Scrambling::Digits(u64::from(index)), Scrambling::Owen(1)] {
                     let x = scrambled_fraction(base, index, scrambling).value();
                     assert!(x < 1.0 && below_one(x) < 1.0, "base {b}, index {index}: {x}");
                 }
             }
         }
-        let nearest = radical_inverse(Base::ALL[0], u32::MAX);
-        assert_eq!(nearest, 1.0 - 2f64.powi(-32));
-        assert!(1.0 - nearest < 2f64.powi(-25), "this value would round to 1 in f32");
+        assert!(rounded_up > 1000, "only {rounded_up} of these values would round to 1 in f32");
+        assert_eq!(radical_inverse(Base::ALL[0], u32::MAX), 1.0 - 2f64.powi(-32));
+        // The largest scrambled coordinate: all digits b − 1 down to the finest denominator.
+        for base in Base::ALL {
+            let denominator = scrambled_fraction(base, 1, Scrambling::Digits(0)).denominator;
+            let x = Fraction { numerator: denominator - 1, denominator }.value();
+            assert!(x < 1.0 && below_one(x) < 1.0, "base {}: {x}", base.get());
+        }
     }
 
     #[test]

@@ -17,7 +17,9 @@
 //! - [`estimate`]: the mean of a function over the unit cube, with its error;
 //! - [`mod@albedo`]: directional, averaged and bihemispherical albedo;
 //! - [`search`]: the maximum of a function over the unit cube;
-//! - [`scale`]: the factor and the bounds it rests on.
+//! - [`scale`]: the factor and the bounds it rests on;
+//! - [`table`]: the albedo as a table over direction, with its error;
+//! - [`cache`]: factors kept under the hash of what they depend on.
 //!
 //! Directions are unit vectors in the shading frame: z is the normal, and both directions point
 //! away from the surface. Sums are in f64. Sampling can miss a lobe narrower than the spacing of the
@@ -27,12 +29,16 @@
 //!
 //! - Cranley & Patterson 1976, *Randomization of number theoretic methods for multiple integration*,
 //!   [doi:10.1137/0713071](https://doi.org/10.1137/0713071)
+//! - Fowler, Noll, Vo, Eastlake & Hansen 2026, *The FNV non-cryptographic hash algorithm*,
+//!   [doi:10.17487/RFC9923](https://doi.org/10.17487/RFC9923)
 //! - Halton 1960, *On the efficiency of certain quasi-random sequences of points in evaluating
 //!   multi-dimensional integrals*, [doi:10.1007/BF01386213](https://doi.org/10.1007/BF01386213)
 //! - Hammersley 1960, *Monte Carlo methods for solving multivariable problems*,
 //!   [doi:10.1111/j.1749-6632.1960.tb42846.x](https://doi.org/10.1111/j.1749-6632.1960.tb42846.x)
 //! - Hooke & Jeeves 1961, *"Direct search" solution of numerical and statistical problems*,
 //!   [doi:10.1145/321062.321069](https://doi.org/10.1145/321062.321069)
+//! - Kelemen & Szirmay-Kalos 2001, *A microfacet based coupled specular-matte BRDF model with
+//!   importance sampling*, Eurographics short presentations
 //! - Kocis & Whiten 1997, *Computational investigations of low-discrepancy sequences*,
 //!   [doi:10.1145/264029.264064](https://doi.org/10.1145/264029.264064)
 //! - Kolda, Lewis & Torczon 2003, *Optimization by direct search*,
@@ -44,6 +50,8 @@
 //!   [doi:10.6028/NBS.MONO.160](https://doi.org/10.6028/NBS.MONO.160)
 //! - Owen 1995, *Randomly permuted (t,m,s)-nets and (t,s)-sequences*,
 //!   [doi:10.1007/978-1-4612-2552-2_19](https://doi.org/10.1007/978-1-4612-2552-2_19)
+//! - Owen 2013, *Monte Carlo theory, methods and examples*,
+//!   [artowen.su.domains/mc](https://artowen.su.domains/mc/)
 //! - Pharr, Jakob & Humphreys 2023, *Physically based rendering*, 4th edition
 //! - Shirley & Chiu 1997, *A low distortion map between disk and square*,
 //!   [doi:10.1080/10867651.1997.10487479](https://doi.org/10.1080/10867651.1997.10487479)
@@ -51,10 +59,12 @@
 //!   [doi:10.1145/2660193.2660195](https://doi.org/10.1145/2660193.2660195)
 
 pub mod albedo;
+pub mod cache;
 pub mod estimate;
 pub mod halton;
 pub mod scale;
 pub mod search;
+pub mod table;
 pub mod warp;
 
 pub use albedo::{Scattering, albedo};

@@ -22,7 +22,7 @@ use crate::{
 
 /// The most grazing direction that is looked at. At cos θ = 0 itself nothing is received, and many
 /// scattering functions are undefined or cut off there.
-const SMALLEST_COS_THETA: f64 = 1e-6;
+pub(crate) const SMALLEST_COS_THETA: f64 = 1e-6;
 
 /// What must not reflect more than it receives.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash)]

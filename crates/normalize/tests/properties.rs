@@ -11,6 +11,7 @@ use selvedge_normalize::{
     halton::*,
     maximize,
     scale::{Mode, Options},
+    table::{AlbedoTable, Resolution},
     warp::*,
 };
 
@@ -230,6 +231,27 @@ proptest! {
         prop_assert!(n.lower_bound <= n.max_albedo && n.max_albedo <= n.upper_bound);
         let segment = Normalization::segment(|w| 0.5 * (albedo(DVec2::ZERO, w) + albedo(DVec2::X, w)), &options);
         prop_assert!(segment.expect("valid").factor >= 0.99 * n.factor);
+    }
+
+    #[test]
+    fn a_table_is_within_its_error_and_below_its_maximum(
+        [a, b, c, d] in uniform4(0.0..0.5f64), rows in 8u32..32, w in unit_vector(), x in square()
+    ) {
+        // Never negative, with a bend at z = d and no symmetry.
+        let albedo = |w: DVec3| 0.5 + 0.5 * a * w.x - 0.4 * b * w.y + c * (w.z - d).abs();
+        let f = move |_: Vec2, wi: Vec3, _: Vec3| (albedo(wi.as_dvec3()) / PI) as f32;
+        let at_most = NonZeroU32::new(rows).expect("from 8");
+        let resolution = Resolution { tolerance: 0.0, at_most };
+        for x in [Some(x), None] {
+            let table = AlbedoTable::of(&f, x, &sampling(0), &resolution).expect("valid");
+            let up = w.with_z(w.z.abs());
+            prop_assert!((table.at(up) - albedo(up)).abs() <= table.error(), "{}", up);
+            prop_assert!(table.at(up) <= table.max() * (1.0 + 1e-12));
+            let mean = table.mean();
+            // (1/π) ∫ |cos θ − d| cos θ dw = 2/3 − d + 2d³/3.
+            let exact = 0.5 + c * (2.0 / 3.0 - d + 2.0 * d.powi(3) / 3.0);
+            prop_assert!((mean.value - exact).abs() <= mean.error, "{:?}, exact {}", mean, exact);
+        }
     }
 
     #[test]
