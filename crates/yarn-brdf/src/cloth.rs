@@ -1,12 +1,19 @@
 //! `Cloth`: a weave, its yarns and its scale.
 
+use core::f64::consts::TAU;
+
 use glam::DVec2;
 use selvedge_normalize::scale::{Mode, ScaleError};
 
+use crate::fabric::Fabric;
+use crate::material::Lowered;
+use crate::parameter::ParamError;
+use crate::partial::{PartialError, PartialYarn};
 use crate::segment::Mapping;
 use crate::shader::Shader;
+use crate::texture::{Target, Textured};
 use crate::weave::{Weave, WeaveError};
-use crate::yarn::{ParamError, Yarn};
+use crate::yarn::Yarn;
 
 /// Pitch of a cloth whose threads name none, m: 20 threads a centimetre.
 pub const DEFAULT_PITCH: f64 = 5e-4;
@@ -19,6 +26,8 @@ pub const MIN_SIZE: f64 = 0.1;
 
 /// How highlight and diffuse reflection add up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum Combination {
     /// The diffuse gets exactly what the highlight leaves, in and out (Kelemen & Szirmay-Kalos
     /// 2001, section 2.2):
@@ -35,11 +44,13 @@ pub enum Combination {
     Lerp,
 }
 
-/// One thread of a draft.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// One thread of a draft. By default black, with nothing else known.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Thread {
     /// Linear sRGB, each in [0, 1].
     pub color: [f32; 3],
+    /// Number of the colour in the palette of the draft, if it has one.
+    pub color_number: Option<u32>,
     /// Distance to the next thread, m, if known.
     pub pitch: Option<f64>,
     /// Diameter, m, if known.
@@ -65,6 +76,29 @@ pub struct Cloth {
     pub normalization: Mode,
     /// How highlight and diffuse add up.
     pub combination: Combination,
+    /// What becomes of segments too short to bend as far as their yarn.
+    pub steep: Steep,
+    /// Parameters that change from place to place.
+    pub textures: Vec<Textured>,
+    /// Angle from the u of a position to the weft, rad: the weave turned by −`rotation` on the cloth.
+    pub rotation: f64,
+    /// Times how much smaller the weave is than its pitch tells, 1, above 0.
+    pub scale: f64,
+    /// Chooses the irregularities.
+    pub seed: u64,
+}
+
+/// What becomes of segments that are too short for the u_max of their yarn: those with
+/// `w sin u_max ≥ l`, which no conic spine can join.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+pub enum Steep {
+    /// They are shaded with the greatest u_max that fits; [`Shader::lowered`] tells.
+    #[default]
+    Lower,
+    /// They make the cloth an error.
+    Reject,
 }
 
 /// Why a cloth cannot be prepared.
@@ -110,6 +144,28 @@ pub enum ClothError {
         /// The parameter.
         source: ParamError,
     },
+    /// A parameter of a fabric is out of range, or is none of the yarn that it is for.
+    #[error("{place}")]
+    Fabric {
+        /// `yarn`, or `override` and its number from 1.
+        place: String,
+        /// The parameter.
+        source: PartialError,
+    },
+    /// A segment is too short for the u_max of its yarn.
+    #[error("{0}")]
+    Steep(Lowered),
+    /// A number of the cloth itself is out of range.
+    #[error("cloth")]
+    Cloth(#[source] ParamError),
+    /// A texture is for a type that does not exist, or for a parameter that the type does not have.
+    #[error("texture {index}: {what}")]
+    Texture {
+        /// Index of the texture.
+        index: usize,
+        /// What is wrong.
+        what: String,
+    },
     /// The factor of a yarn could not be found.
     #[error("yarn {index}: normalization failed")]
     Normalization {
@@ -121,63 +177,20 @@ pub enum ClothError {
 }
 
 impl Cloth {
-    /// The cloth of `weave` whose threads are `ends` and `picks`, in their order.
-    ///
-    /// Threads of one colour and thickness are one type of yarn: `yarn` in that colour and size.
-    /// The pitch of each direction is the mean over its threads; that of the other direction, or
-    /// [`DEFAULT_PITCH`], where none is named that is [plausible](PLAUSIBLE_PITCH). A thread's size
-    /// is its diameter over the pitch, at least [`MIN_SIZE`] and at most 1, or 1 if it names none.
+    /// The cloth of `weave` whose threads are `ends` and `picks`, in their order: each of them `yarn`
+    /// in its own colour and size. Pitch and sizes are those of [`Fabric::cloth`].
     ///
     /// # Errors
     ///
-    /// A list of threads of the wrong length, or more than 65536 types of yarn.
+    /// As for [`Fabric::cloth`].
     pub fn from_threads(
         weave: Weave,
         ends: &[Thread],
         picks: &[Thread],
-        yarn: Yarn,
+        yarn: &Yarn,
     ) -> Result<Self, ClothError> {
-        check_count("ends", ends.len(), weave.ends())?;
-        check_count("picks", picks.len(), weave.picks())?;
-        let (end_pitch, pick_pitch) = (mean_pitch(ends), mean_pitch(picks));
-        let pitch = DVec2::new(
-            end_pitch.or(pick_pitch).unwrap_or(DEFAULT_PITCH),
-            pick_pitch.or(end_pitch).unwrap_or(DEFAULT_PITCH),
-        );
-        let mut types = std::collections::HashMap::new();
-        let mut yarns = Vec::new();
-        let mut types_of = |threads: &[Thread], pitch: f64| -> Vec<usize> {
-            threads
-                .iter()
-                .map(|thread| {
-                    let size = thread.diameter.map_or(1.0, |d| (d / pitch).clamp(MIN_SIZE, 1.0));
-                    *types.entry((thread.color.map(f32::to_bits), size.to_bits())).or_insert_with(
-                        || {
-                            yarns.push(Yarn { color: thread.color, size, ..yarn });
-                            yarns.len() - 1
-                        },
-                    )
-                })
-                .collect()
-        };
-        let end_types = types_of(ends, pitch.x);
-        let pick_types = types_of(picks, pitch.y);
-        let narrow = |types: Vec<usize>| -> Option<Vec<u16>> {
-            types.into_iter().map(|index| u16::try_from(index).ok()).collect()
-        };
-        let (Some(end_yarns), Some(pick_yarns)) = (narrow(end_types), narrow(pick_types)) else {
-            return Err(ClothError::TooManyYarns(yarns.len()));
-        };
-        Ok(Self {
-            weave,
-            yarns,
-            end_yarns,
-            pick_yarns,
-            pitch,
-            mapping: Mapping::default(),
-            normalization: Mode::default(),
-            combination: Combination::default(),
-        })
+        let yarn = PartialYarn { color: None, size: None, ..PartialYarn::from(yarn) };
+        Fabric { yarn, ..Fabric::default() }.cloth(weave, ends, picks)
     }
 
     /// Size of one repeat, m: width along u and height along v.
@@ -207,14 +220,49 @@ impl Cloth {
         if !(x > 0.0 && y > 0.0 && x.is_finite() && y.is_finite()) {
             return Err(ClothError::Pitch(x, y));
         }
+        for (name, value, low, high) in
+            [("rotation", self.rotation, -TAU, TAU), ("scale", self.scale, 1e-6, 1e6)]
+        {
+            if !(low..=high).contains(&value) {
+                return Err(ClothError::Cloth(ParamError::new(name, value, low, high)));
+            }
+        }
         for (index, yarn) in self.yarns.iter().enumerate() {
             yarn.validate().map_err(|source| ClothError::Yarn { index, source })?;
         }
+        for (index, textured) in self.textures.iter().enumerate() {
+            self.check_texture(textured).map_err(|what| ClothError::Texture { index, what })?;
+        }
         Shader::new(self)
+    }
+
+    /// Whether a texture determines something that a type of yarn has, and tells a range.
+    fn check_texture(&self, textured: &Textured) -> Result<(), String> {
+        let Some(yarn) = self.yarns.get(usize::from(textured.yarn)) else {
+            let count = self.yarns.len();
+            return Err(format!("yarn {}, expected less than {count}", textured.yarn));
+        };
+        if let Target::Parameter(name) = textured.target {
+            let is_thread_wise = name != "size" && !name.starts_with("noise.");
+            let parameter = Yarn::parameter(name).filter(|_| is_thread_wise);
+            if parameter.is_none_or(|parameter| parameter.of(yarn).is_none()) {
+                return Err(format!("parameter {name}, expected one that the yarn has"));
+            }
+        }
+        let [low, high] = textured.texture.range();
+        if low <= high && low.is_finite() && high.is_finite() {
+            Ok(())
+        } else {
+            Err(format!("range {low} to {high}, expected two finite numbers in order"))
+        }
     }
 }
 
-fn check_count(what: &'static str, found: usize, expected: u32) -> Result<(), ClothError> {
+pub(crate) fn check_count(
+    what: &'static str,
+    found: usize,
+    expected: u32,
+) -> Result<(), ClothError> {
     if found == expected as usize {
         Ok(())
     } else {
@@ -222,58 +270,28 @@ fn check_count(what: &'static str, found: usize, expected: u32) -> Result<(), Cl
     }
 }
 
-/// Mean of the plausible pitches, m.
-fn mean_pitch(threads: &[Thread]) -> Option<f64> {
-    let (mut sum, mut count) = (0.0, 0.0);
-    for pitch in threads.iter().filter_map(|thread| thread.pitch) {
-        if PLAUSIBLE_PITCH.contains(&pitch) {
-            sum += pitch;
-            count += 1.0;
-        }
-    }
-    (count > 0.0).then(|| sum / count)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const RED: Thread = Thread { color: [0.5, 0.0, 0.0], pitch: Some(1e-3), diameter: None };
-    const BLUE: Thread = Thread { color: [0.0, 0.0, 0.5], pitch: None, diameter: Some(2.5e-4) };
+    const RED: Thread =
+        Thread { color: [0.5, 0.0, 0.0], color_number: None, pitch: Some(1e-3), diameter: None };
 
     fn plain() -> Weave {
         Weave::new(2, 2, |end, pick| end == pick).unwrap()
     }
 
     #[test]
-    fn threads_become_yarn_types_pitches_and_sizes() {
-        let cloth = Cloth::from_threads(plain(), &[RED, BLUE], &[BLUE, BLUE], Yarn::default());
-        let cloth = cloth.unwrap();
-        assert_eq!(cloth.yarns.len(), 2);
-        assert_eq!((&cloth.end_yarns[..], &cloth.pick_yarns[..]), (&[0, 1][..], &[1, 1][..]));
-        assert_eq!(cloth.pitch, DVec2::splat(1e-3));
-        assert_eq!(cloth.size(), DVec2::splat(2e-3));
-        assert_eq!((cloth.yarns[0].size, cloth.yarns[1].size), (1.0, 0.25));
-    }
-
-    #[test]
-    fn cloth_without_pitch_takes_the_default() {
-        let thread = Thread { pitch: Some(1e3), ..RED };
-        let cloth = Cloth::from_threads(plain(), &[thread; 2], &[thread; 2], Yarn::default());
-        assert_eq!(cloth.unwrap().pitch, DVec2::splat(DEFAULT_PITCH));
-    }
-
-    #[test]
     fn what_does_not_fit_together_is_named() {
-        let error = Cloth::from_threads(plain(), &[RED], &[RED; 2], Yarn::default()).unwrap_err();
+        let error = Cloth::from_threads(plain(), &[RED], &[RED; 2], &Yarn::default()).unwrap_err();
         assert_eq!(error.to_string(), "ends: 1, expected 2 as in the weave");
-        let good = Cloth::from_threads(plain(), &[RED; 2], &[RED; 2], Yarn::default()).unwrap();
+        let good = Cloth::from_threads(plain(), &[RED; 2], &[RED; 2], &Yarn::default()).unwrap();
         let prepare = |change: fn(&mut Cloth)| {
             let mut cloth = good.clone();
             change(&mut cloth);
             cloth.prepare().map(|_| ()).unwrap_err().to_string()
         };
-        assert_eq!(prepare(|c| c.yarns[0].delta = 0.0), "yarn 0");
+        assert_eq!(prepare(|c| c.yarns[0].psi = 4.0), "yarn 0");
         assert_eq!(prepare(|c| c.pick_yarns[1] = 7), "pick 2: yarn 7, expected less than 1");
         let pitch = prepare(|c| c.pitch.x = f64::NAN);
         assert_eq!(pitch, "pitch: NaN m by 0.001 m, expected positive numbers");

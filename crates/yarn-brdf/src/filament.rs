@@ -1,49 +1,64 @@
 //! The highlight of a yarn of untwisted fibres (filaments).
 
 use crate::frame::Vector;
+use crate::phase::{Azimuth, Parts};
 use crate::real::Real;
-use crate::segment::{Optics, in_window, normal};
+use crate::segment::{Optics, Root, in_window, normal};
+
+/// Where untwisted fibres at the angle v reflect `wi` into `wo`, and m.
+///
+/// Without twist the condition `t·(wi + wo) = 0` does not depend on v: the highlight lies at
+/// `tan u = H_y / H_z`, H = wi + wo, across the whole yarn (Irawan & Marschner 2012, equation 4).
+/// m² = H_y² + H_z².
+#[inline(always)]
+pub(crate) fn root<R: Real>(
+    optics: &Optics<R>,
+    sin_v: R,
+    cos_v: R,
+    wi: Vector<R>,
+    wo: Vector<R>,
+) -> (Root<R>, R) {
+    let zero = R::zero();
+    let h = wi.plus(wo);
+    // Both directions are above the cloth, so H_z > 0 and the angle lies in (−π/2, π/2).
+    let m = (h.y * h.y + h.z * h.z).max(R::from_f64(1e-30)).sqrt();
+    let inv_m = R::one() / m;
+    let (sin_u, cos_u) = (h.y * inv_m, h.z * inv_m);
+    let n = normal(sin_u, cos_u, sin_v, cos_v);
+    let (p, q) = (n.dot(wi), n.dot(wo));
+    let is_lit = sin_u.abs().lt(optics.sin_u_max) & zero.lt(p) & zero.lt(q);
+    (Root { sin_u, cos_u, sin_v, cos_v, p, q, is_lit }, m)
+}
 
 /// f of the highlight, sr⁻¹, before colour and scale, at (`x`, `y`) in [−1, 1]² of a segment whose
 /// width over length is `ratio`; `wi` and `wo` are in the yarn frame. Finite and ≥ 0.
 ///
-/// Without twist the condition `t·(wi + wo) = 0` does not depend on v: the highlight lies at
-/// `tan u = H_y / H_z`, H = wi + wo, across the whole yarn (Irawan & Marschner 2012, equation 4).
-///
 /// ```text
-/// f = (dv/dx)/(2δ sin u_max) · χ · [1 − (w/l) sin u_max (1 − cos v)] · f_c · pq / ((p+q) m)
+/// f = (dv/dx) strength · χ · [S − (w/l) sin u_max (S − cos v)] · f_c · pq / ((p+q) m)
 /// ```
 ///
-/// with p = n·wi, q = n·wo and m² = H_y² + H_z².
-#[inline]
+/// with u at the [`root`], p = n·wi and q = n·wo, fading out towards the ends of the segment. `strength` is
+/// 1/(2δ sin u_e), u_e the inclination at which that begins.
+#[inline(always)]
 pub(crate) fn highlight<R: Real>(
     optics: &Optics<R>,
-    x: R,
-    y: R,
-    ratio: R,
+    [delta, strength]: [R; 2],
+    [x, y, ratio]: [R; 3],
     wi: Vector<R>,
     wo: Vector<R>,
-) -> R {
-    let zero = R::zero();
+) -> Parts<R> {
     let (sin_v, cos_v, dv_dx) = optics.across(x);
-    let h = wi.plus(wo);
-    // Both directions are above the cloth, so H_z > 0 and the angle lies in (−π/2, π/2).
-    let m = (h.y * h.y + h.z * h.z).max(R::from_f64(1e-30)).sqrt();
-    let (sin_u, cos_u) = (h.y / m, h.z / m);
-
-    let n = normal(sin_u, cos_u, sin_v, cos_v);
-    let (p, q) = (n.dot(wi), n.dot(wo));
-    let is_lit = sin_u.abs().lt(optics.sin_u_max)
-        & zero.lt(p)
-        & zero.lt(q)
-        & in_window(y, optics.y_of_u(sin_u), optics.delta);
-
-    let t = optics.tangent(sin_u, cos_u, sin_v, cos_v);
-    let value = dv_dx * optics.half_inv_delta / optics.sin_u_max
-        * optics.area(ratio, cos_v)
-        * optics.phase.eval(t, wi, wo)
-        * (p / (p + q))
-        * q
+    let (root, m) = root(optics, sin_v, cos_v, wi, wo);
+    let is_lit = root.is_lit & in_window(y, optics.y_of_u(root.sin_u), delta);
+    if !R::any(is_lit) {
+        return Parts::none();
+    }
+    let scale = dv_dx
+        * strength
+        * optics.area(ratio, optics.bend(root.sin_u), cos_v)
+        * optics.fade(root.sin_u)
+        * (root.p * (root.q / (root.p + root.q)))
         / m;
-    R::select(is_lit, value, zero)
+    let t = root.tangent(optics);
+    optics.phase.eval(&Azimuth::on_cone(t, wi, wo)).scaled(scale, is_lit)
 }

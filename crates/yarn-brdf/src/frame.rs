@@ -1,5 +1,7 @@
 //! Vectors over any [`Real`], and the way to and from the yarn frame.
 
+use glam::{DVec3, Vec3};
+
 use crate::real::Real;
 
 /// A vector with components in any [`Real`].
@@ -19,6 +21,12 @@ impl<R: Real> Vector<R> {
         Self { x, y, z }
     }
 
+    /// The same directions turned over about y, the warp: half a turn.
+    #[inline]
+    pub(crate) fn turned_over(self) -> Self {
+        Self::new(-self.x, self.y, -self.z)
+    }
+
     /// The scalar product.
     #[inline]
     pub(crate) fn dot(self, other: Self) -> R {
@@ -31,10 +39,30 @@ impl<R: Real> Vector<R> {
         Self::new(self.x + other.x, self.y + other.y, self.z + other.z)
     }
 
+    /// The difference.
+    #[inline]
+    pub(crate) fn minus(self, other: Self) -> Self {
+        Self::new(self.x - other.x, self.y - other.y, self.z - other.z)
+    }
+
     /// `self` times `factor`.
     #[inline]
     pub(crate) fn times(self, factor: R) -> Self {
         Self::new(self.x * factor, self.y * factor, self.z * factor)
+    }
+}
+
+impl Vector<f32> {
+    #[inline]
+    pub(crate) fn of(w: Vec3) -> Self {
+        Self::new(w.x, w.y, w.z)
+    }
+}
+
+impl Vector<f64> {
+    #[inline]
+    pub(crate) fn of(w: DVec3) -> Self {
+        Self::new(w.x, w.y, w.z)
     }
 }
 
@@ -46,6 +74,12 @@ impl<R: Real> Vector<R> {
 #[inline]
 pub(crate) fn to_yarn<R: Real>(w: Vector<R>, is_warp: bool) -> Vector<R> {
     if is_warp { w } else { Vector::new(-w.y, w.x, w.z) }
+}
+
+/// The inverse of [`to_yarn`].
+#[inline]
+pub(crate) fn from_yarn<R: Real>(w: Vector<R>, is_warp: bool) -> Vector<R> {
+    if is_warp { w } else { Vector::new(w.y, -w.x, w.z) }
 }
 
 #[cfg(test)]
@@ -60,5 +94,10 @@ mod tests {
         assert_eq!(v, Vector::new(-1.0, 0.0, 0.0));
         // The z of u × v: right-handed.
         assert_eq!(u.x * v.y - u.y * v.x, 1.0);
+        for w in [Vector::new(1.0, 2.0, 3.0), Vector::new(-0.5, 0.25, 1.0)] {
+            for is_warp in [true, false] {
+                assert_eq!(from_yarn(to_yarn(w, is_warp), is_warp), w);
+            }
+        }
     }
 }

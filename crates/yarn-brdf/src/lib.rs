@@ -29,9 +29,9 @@
 //! use selvedge_yarn_brdf::{Cloth, Thread, Weave, Yarn, glam::{DVec2, Vec3}};
 //!
 //! let plain = Weave::new(2, 2, |end, pick| end == pick)?;
-//! let warp = Thread { color: [0.5, 0.1, 0.1], pitch: Some(5e-4), diameter: None };
+//! let warp = Thread { color: [0.5, 0.1, 0.1], pitch: Some(5e-4), ..Thread::default() };
 //! let weft = Thread { color: [0.1, 0.1, 0.5], ..warp };
-//! let shader = Cloth::from_threads(plain, &[warp; 2], &[weft; 2], Yarn::default())?.prepare()?;
+//! let shader = Cloth::from_threads(plain, &[warp; 2], &[weft; 2], &Yarn::default())?.prepare()?;
 //!
 //! let light = Vec3::new(0.6, 0.0, 0.8);
 //! let f = shader.eval(DVec2::new(0.25e-3, 0.25e-3), light, Vec3::Z);
@@ -61,22 +61,50 @@
 //! - Nelson, McEvoy & Fratarcangeli 2016, *Practical offline rendering of woven cloth*
 
 mod albedo;
+mod azimuth;
 mod cloth;
+#[cfg(feature = "serde")]
+mod color;
+mod fabric;
 mod filament;
 mod frame;
+mod material;
+mod noise;
+mod parameter;
+mod partial;
 mod phase;
+mod place;
+mod quadrature;
 mod real;
+mod reflectance;
+mod rough;
+mod sampling;
 mod segment;
 mod shader;
 mod staple;
+#[cfg(test)]
+mod tests;
+mod texture;
+mod threads;
 mod weave;
 mod yarn;
 
-pub use cloth::{Cloth, ClothError, Combination, DEFAULT_PITCH, MIN_SIZE, PLAUSIBLE_PITCH, Thread};
+pub use cloth::{
+    Cloth, ClothError, Combination, DEFAULT_PITCH, MIN_SIZE, PLAUSIBLE_PITCH, Steep, Thread,
+};
+pub use fabric::{Fabric, Override};
 pub use glam;
-pub use phase::Phase;
+pub use material::Lowered;
+pub use parameter::{ParamError, Parameter};
+pub use partial::{PartialError, PartialNoise, PartialYarn};
+pub use phase::{Phase, PhaseTable};
+pub use sampling::Sample;
 pub use segment::Mapping;
 pub use selvedge_normalize::scale::Mode;
-pub use shader::Shader;
-pub use weave::{MAX_CROSSINGS, Segment, Weave, WeaveError};
-pub use yarn::{FILAMENT_PSI, FILAMENT_U_MAX, ParamError, Yarn};
+pub use shader::{Lobes, Shader, YarnPoint};
+pub use texture::{Target, Texture, Textured};
+pub use weave::{
+    Local, MAX_CROSSINGS, Position, Segment, SegmentKind, Side, Sizes, ThreadPoint, ThreadSizes,
+    Touching, Weave, WeaveError,
+};
+pub use yarn::{Diffuse, FILAMENT_PSI, FILAMENT_U_MAX, Highlight, Noise, Yarn};

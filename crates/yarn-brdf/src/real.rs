@@ -28,20 +28,28 @@ pub(crate) trait Real:
     fn min(self, other: Self) -> Self;
     /// The greater of two; `other` if `self` is NaN.
     fn max(self, other: Self) -> Self;
-    /// The greatest integer not above `self`.
-    fn floor(self) -> Self;
     /// e to the power `self`.
     fn exp(self) -> Self;
     /// Arcsine in rad, for |`self`| ≤ 1.
     fn asin(self) -> Self;
     /// Sine and cosine of `self` in rad.
     fn sin_cos(self) -> (Self, Self);
+    /// The angle of the point (`x`, `self`) in rad, in [−π, π].
+    fn atan2(self, x: Self) -> Self;
+    /// The scaled Bessel function e^{−x} I₀(x), for x = `self` ≥ 0.
+    fn i0e(self) -> Self;
     /// `self` < `other`; false where either is NaN.
     fn lt(self, other: Self) -> Self::Mask;
+    /// Whether `mask` holds in any lane: if not, what only those lanes need is left out.
+    fn any(mask: Self::Mask) -> bool;
     /// `yes` where `mask` holds, else `no`.
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
-    /// `table[index]`, with `index` an integer ≥ 0; the last entry where it is beyond the table.
-    fn gather(table: &[f32], index: Self) -> Self;
+    /// The value at `position` in [0, n − 1] of a table of n ≥ 2 entries, linear between them; at
+    /// the nearest end where it is outside.
+    fn linear(table: &[f32], position: Self) -> Self;
+    /// The two values at (`row`, `column`) of a table of at least 2 × 2 entries in rows of
+    /// `columns`, bilinear between them; at the nearest edge where that is outside.
+    fn bilinear(table: &[[f32; 2]], columns: usize, row: Self, column: Self) -> [Self; 2];
 
     /// 1.
     #[must_use]
@@ -63,61 +71,101 @@ pub(crate) trait Real:
 }
 
 macro_rules! impl_real {
-    ($float:ty) => {
-        impl Real for $float {
-            type Mask = bool;
+    ($float:ty, $i0e:path) => {
+        const _: () = {
+            /// The entry before `position` in a table of `count` ≥ 2, that is not the last, and the rest.
+            #[inline(always)]
+            fn split(position: $float, count: usize) -> (usize, $float) {
+                let last = (count - 1) as i32;
+                // A NaN becomes 0.
+                let position = position.max(0.0).min(last as $float);
+                let index = (position as i32).min(last - 1);
+                (index as usize, position - index as $float)
+            }
+            impl Real for $float {
+                type Mask = bool;
 
-            #[inline]
-            fn from_f64(value: f64) -> Self {
-                value as $float
+                #[inline(always)]
+                fn from_f64(value: f64) -> Self {
+                    value as $float
+                }
+                #[inline(always)]
+                fn sqrt(self) -> Self {
+                    self.sqrt()
+                }
+                #[inline(always)]
+                fn abs(self) -> Self {
+                    self.abs()
+                }
+                #[inline(always)]
+                fn min(self, other: Self) -> Self {
+                    self.min(other)
+                }
+                #[inline(always)]
+                fn max(self, other: Self) -> Self {
+                    self.max(other)
+                }
+                #[inline(always)]
+                fn exp(self) -> Self {
+                    self.exp()
+                }
+                #[inline(always)]
+                fn asin(self) -> Self {
+                    self.asin()
+                }
+                #[inline(always)]
+                fn sin_cos(self) -> (Self, Self) {
+                    self.sin_cos()
+                }
+                #[inline(always)]
+                fn atan2(self, x: Self) -> Self {
+                    self.atan2(x)
+                }
+                #[inline(always)]
+                fn i0e(self) -> Self {
+                    $i0e(self)
+                }
+                #[inline(always)]
+                fn lt(self, other: Self) -> bool {
+                    self < other
+                }
+                #[inline(always)]
+                fn any(mask: bool) -> bool {
+                    mask
+                }
+                #[inline(always)]
+                fn select(mask: bool, yes: Self, no: Self) -> Self {
+                    if mask { yes } else { no }
+                }
+                #[inline(always)]
+                fn linear(table: &[f32], position: Self) -> Self {
+                    let (index, share) = split(position, table.len());
+                    let (low, high): (Self, Self) = (table[index].into(), table[index + 1].into());
+                    low + (high - low) * share
+                }
+                #[inline(always)]
+                fn bilinear(
+                    table: &[[f32; 2]],
+                    columns: usize,
+                    row: Self,
+                    column: Self,
+                ) -> [Self; 2] {
+                    let (i, rest_i) = split(row, table.len() / columns);
+                    let (j, rest_j) = split(column, columns);
+                    let (near, far) = (&table[i * columns + j..], &table[(i + 1) * columns + j..]);
+                    let (near, far) = (&near[..2], &far[..2]);
+                    let mix = |a: Self, b: Self, share: Self| a + (b - a) * share;
+                    let entry = |pair: [f32; 2], part: usize| -> Self { pair[part].into() };
+                    let part = |part: usize| {
+                        let near = mix(entry(near[0], part), entry(near[1], part), rest_j);
+                        let far = mix(entry(far[0], part), entry(far[1], part), rest_j);
+                        mix(near, far, rest_i)
+                    };
+                    [part(0), part(1)]
+                }
             }
-            #[inline]
-            fn sqrt(self) -> Self {
-                self.sqrt()
-            }
-            #[inline]
-            fn abs(self) -> Self {
-                self.abs()
-            }
-            #[inline]
-            fn min(self, other: Self) -> Self {
-                self.min(other)
-            }
-            #[inline]
-            fn max(self, other: Self) -> Self {
-                self.max(other)
-            }
-            #[inline]
-            fn floor(self) -> Self {
-                self.floor()
-            }
-            #[inline]
-            fn exp(self) -> Self {
-                self.exp()
-            }
-            #[inline]
-            fn asin(self) -> Self {
-                self.asin()
-            }
-            #[inline]
-            fn sin_cos(self) -> (Self, Self) {
-                self.sin_cos()
-            }
-            #[inline]
-            fn lt(self, other: Self) -> bool {
-                self < other
-            }
-            #[inline]
-            fn select(mask: bool, yes: Self, no: Self) -> Self {
-                if mask { yes } else { no }
-            }
-            #[inline]
-            fn gather(table: &[f32], index: Self) -> Self {
-                // A float-to-integer cast saturates, so a NaN or a negative index reads the first.
-                table[(index as usize).min(table.len() - 1)].into()
-            }
-        }
+        };
     };
 }
-impl_real!(f32);
-impl_real!(f64);
+impl_real!(f32, pxfm::f_i0ef);
+impl_real!(f64, pxfm::f_i0e);

@@ -1,27 +1,47 @@
 //! One visible piece of yarn: a bent cylinder, and the maps between it and the cloth.
 //!
-//! The surface of a yarn that rises over its crossings is a piece of a torus (Irawan & Marschner
-//! 2012, section 4). `u` is the inclination along its arc, in [−u_max, u_max], and `v` the angle
-//! around its section, in [−π/2, π/2]. In the yarn frame (x across, y along, z the normal):
+//! The surface of a yarn that rises over its crossings is a bent cylinder of radius a about a spine
+//! with radius of curvature R(u) (Irawan & Marschner 2012, section 4). `u` is the inclination along
+//! its arc, in [−u_max, u_max], and `v` the angle around its section, in [−π/2, π/2]. In the yarn
+//! frame (x across, y along, z the normal):
 //!
 //! ```text
 //! n(u, v) = (sin v, sin u cos v, cos u cos v)
 //! t(u, v) = cos ψ ∂P/∂u − sin ψ ∂n/∂v
 //!         = (−cos v sin ψ,  cos u cos ψ + sin u sin v sin ψ,  −sin u cos ψ + cos u sin v sin ψ)
+//! dS      = a (R(u) + a cos v) du dv
 //! ```
 //!
 //! with t the fibre tangent. The rectangle that the segment covers on the cloth has coordinates x
 //! (across) and y (along), both in [−1, 1].
+//!
+//! The spine is a conic whose ends have the inclination ±u_max and lie l/2 − a sin u_max from the
+//! middle, with a = w/2 (Irawan 2008, section 5.3; κ is its curvature). Circle, ellipse, parabola
+//! and hyperbola have one rational form: with r = 1 + κ (1 + cot u_max) and c = (r|r| − 1) sin² u_max,
+//!
+//! ```text
+//! R(u) sin u_max / (l/2 − a sin u_max) = S(u) = √(1 + c) (1 + c t²)^(−3/2),   t = sin u / sin u_max
+//! ```
+//!
+//! c > −1 exactly when κ > −1, and c is finite for u_max → 0. So the area of yarn per area of cloth,
+//! of which every highlight is a multiple, is
+//!
+//! ```text
+//! 4 sin u_max · a (R + a cos v)/(w l) = S − (w/l) sin u_max (S − cos v)
+//! ```
 
 use core::f64::consts::{FRAC_2_PI, FRAC_PI_2};
 
 use crate::frame::Vector;
+use crate::parameter::KAPPA_MIN;
 use crate::phase::PhaseConstants;
 use crate::real::Real;
-use crate::yarn::{FILAMENT_U_MAX, Yarn};
+use crate::yarn::{FILAMENT_U_MAX, Highlight, Yarn};
 
 /// How the rectangle of a segment is laid on the cylinder.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum Mapping {
     /// The orthographic view of the bent cylinder, `x = sin v`, `y = sin u / sin u_max` (Nelson,
     /// McEvoy & Fratarcangeli 2016, section 4.2).
@@ -37,8 +57,20 @@ pub enum Mapping {
 /// Greatest |v|, as its cosine: π/2 − 1e-4.
 pub(crate) const COS_V_MIN: f64 = 1e-4;
 
-/// The constants of one type of yarn, ready for evaluation in precision `R`.
+/// What spreads the highlight, ready for evaluation.
 #[derive(Clone, Copy, Debug)]
+pub(crate) enum Spread<R> {
+    /// Twisted fibres under a window of half width δ; `strength` is 1/(2δ |sin ψ|).
+    Staple { delta: R, strength: R },
+    /// Untwisted fibres under a window of half width δ; `strength` is 1/(2δ sin u_e), and `fade`
+    /// 1/(ss u_max), over the length in rad over which the highlight fades out at either end.
+    Filament { delta: R, strength: R, fade: Option<R> },
+    /// Rough fibres; `inv_variance` is 1/σ² and `scale` 1/(σ² (1 − e^{−2/σ²})).
+    Rough { inv_variance: R, scale: R },
+}
+
+/// The constants of one type of yarn, ready for evaluation in precision `R`.
+#[derive(Clone, Debug)]
 pub(crate) struct Optics<R> {
     pub(crate) mapping: Mapping,
     /// u_max, rad.
@@ -48,13 +80,17 @@ pub(crate) struct Optics<R> {
     u_max_over_sin: R,
     pub(crate) sin_psi: R,
     pub(crate) cos_psi: R,
-    pub(crate) delta: R,
-    /// 1/(2δ).
-    pub(crate) half_inv_delta: R,
+    /// The inclination at the ends of the conic, whose outer parts are straight: its sine, and one
+    /// over that.
+    pub(crate) sin_conic: R,
+    inv_sin_conic: R,
+    /// (c, √(1 + c)) of a spine that is not a circle.
+    conic: Option<(R, R)>,
+    pub(crate) spread: Spread<R>,
     pub(crate) phase: PhaseConstants<R>,
 }
 
-/// The inclination and twist with which `yarn` is shaded, in rad, and whether as filaments.
+/// The inclination and twist with which `yarn` is shaded, in rad.
 ///
 /// A straight piece has u_max = 0; filaments have ψ = 0 and u_max ≥ [`FILAMENT_U_MAX`].
 pub(crate) fn shaded_angles(yarn: &Yarn, is_straight: bool) -> (f64, f64) {
@@ -66,6 +102,33 @@ impl<R: Real> Optics<R> {
     pub(crate) fn new(yarn: &Yarn, is_straight: bool, mapping: Mapping) -> Self {
         let (u_max, psi) = shaded_angles(yarn, is_straight);
         let over_sin = if u_max < 1e-4 { 1.0 + u_max * u_max / 6.0 } else { u_max / u_max.sin() };
+        let (spread, conic_end) = match yarn.highlight {
+            Highlight::Rough { sigma } => {
+                let variance = sigma * sigma;
+                let scale = 1.0 / (variance * -(-2.0 / variance).exp_m1());
+                let inv_variance = R::from_f64(1.0 / variance);
+                (Spread::Rough { inv_variance, scale: R::from_f64(scale) }, u_max)
+            }
+            Highlight::Window { delta } => {
+                let strength = |sine: f64| R::from_f64(0.5 / (delta * sine));
+                let delta = R::from_f64(delta);
+                if yarn.is_filament() {
+                    let (start, length) = ((1.0 - yarn.smoothing) * u_max, yarn.smoothing * u_max);
+                    let fade = (length > 0.0).then(|| R::from_f64(1.0 / length));
+                    (Spread::Filament { delta, strength: strength(start.sin()), fade }, start)
+                } else {
+                    (Spread::Staple { delta, strength: strength(psi.sin().abs()) }, u_max)
+                }
+            }
+        };
+        let (sin_conic, cos_conic) = conic_end.sin_cos();
+        let conic = (yarn.kappa != 0.0 && !is_straight).then(|| {
+            // r sin u_max, and the square of that with its sign.
+            let kappa = yarn.kappa.max(KAPPA_MIN);
+            let r = sin_conic + kappa * (sin_conic + cos_conic);
+            let c = r * r.abs() - sin_conic * sin_conic;
+            (R::from_f64(c), R::from_f64((1.0 + c).sqrt()))
+        });
         Self {
             mapping,
             u_max: R::from_f64(u_max),
@@ -73,8 +136,11 @@ impl<R: Real> Optics<R> {
             u_max_over_sin: R::from_f64(over_sin),
             sin_psi: R::from_f64(psi.sin()),
             cos_psi: R::from_f64(psi.cos()),
-            delta: R::from_f64(yarn.delta),
-            half_inv_delta: R::from_f64(0.5 / yarn.delta),
+            sin_conic: R::from_f64(sin_conic),
+            // Finite for a straight yarn, whose sin u is 0.
+            inv_sin_conic: R::from_f64(1.0 / sin_conic.max(1e-12)),
+            conic,
+            spread,
             phase: yarn.phase.constants(),
         }
     }
@@ -155,14 +221,71 @@ impl<R: Real> Optics<R> {
         )
     }
 
-    /// 4 sin u_max · a (R + a cos v)/(w l) for the circular spine that joins the segment's ends.
-    ///
-    /// With a = w/2 and R sin u_max = l/2 − a sin u_max it is `1 − (w/l) sin u_max (1 − cos v)`:
-    /// the area of the cylinder per area of cloth, which neither grows with the length of a float
-    /// nor diverges for a straight yarn. `ratio` is w/l.
+    /// S(u), 1 for a circular spine.
     #[inline]
-    pub(crate) fn area(&self, ratio: R, cos_v: R) -> R {
-        R::one() - ratio * self.sin_u_max * (R::one() - cos_v)
+    pub(crate) fn bend(&self, sin_u: R) -> R {
+        match self.conic {
+            None => R::one(),
+            Some((c, top)) => {
+                let t = (sin_u * self.inv_sin_conic).abs().min(R::one());
+                let d = R::one() + c * t * t;
+                top / (d * d.sqrt())
+            }
+        }
+    }
+
+    /// 4 sin u_max · a (R + a cos v)/(w l), the area of yarn per area of cloth: it neither grows
+    /// with the length of a float nor diverges for a straight yarn. `ratio` is w/l, and `bend` S(u).
+    #[inline]
+    pub(crate) fn area(&self, ratio: R, bend: R, cos_v: R) -> R {
+        bend - ratio * self.sin_conic * (bend - cos_v)
+    }
+
+    /// How much of the highlight of filaments is left at the inclination u (Irawan & Marschner 2012,
+    /// equation 9): 1, and over the last share of the segment a smooth step to 0.
+    #[inline]
+    pub(crate) fn fade(&self, sin_u: R) -> R {
+        let Spread::Filament { fade: Some(inv_length), .. } = self.spread else {
+            return R::one();
+        };
+        // From the end, where it vanishes, so that it does so without cancelling.
+        let t = ((self.u_max - asin(sin_u).abs()) * inv_length).clamp_to(R::zero(), R::one());
+        t * t * (R::from_f64(3.0) - R::from_f64(2.0) * t)
+    }
+}
+
+impl Optics<f64> {
+    /// The inclination from which on the highlight of filaments fades out, rad; u_max if it does not.
+    pub(crate) fn fades_from(&self) -> f64 {
+        match self.spread {
+            Spread::Filament { fade: Some(inv_length), .. } => self.u_max - 1.0 / inv_length,
+            _ => self.u_max,
+        }
+    }
+
+    /// Position along the spine, in [−1, 1] on the conic, at an inclination: `t √((1 + c)/(1 + c t²))`,
+    /// and beyond the conic as if it were a circle.
+    pub(crate) fn spine_of_u(&self, sin_u: f64) -> f64 {
+        let t = sin_u * self.inv_sin_conic;
+        match self.conic {
+            Some((c, top)) if t.abs() < 1.0 => t * top / (1.0 + c * t * t).sqrt(),
+            _ => t,
+        }
+    }
+
+    /// The inverse of [`Optics::spine_of_u`], as sin u, and du per step along the spine.
+    pub(crate) fn u_of_spine(&self, w: f64) -> (f64, f64) {
+        let (t, slope) = match self.conic {
+            Some((c, top)) if w.abs() < 1.0 => {
+                // dw/dt is S.
+                let t = w / (top * top - c * w * w).sqrt();
+                let d = 1.0 + c * t * t;
+                (t, d * d.sqrt() / top)
+            }
+            _ => (w, 1.0),
+        };
+        let sin_u = (t * self.sin_conic).clamp(-1.0, 1.0);
+        (sin_u, slope * self.sin_conic / (1.0 - sin_u * sin_u).sqrt())
     }
 }
 
@@ -170,6 +293,30 @@ impl<R: Real> Optics<R> {
 #[inline]
 pub(crate) fn normal<R: Real>(sin_u: R, cos_u: R, sin_v: R, cos_v: R) -> Vector<R> {
     Vector::new(sin_v, sin_u * cos_v, cos_u * cos_v)
+}
+
+/// A place on the yarn where fibres reflect `wi` into `wo`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Root<R: Real> {
+    pub(crate) sin_u: R,
+    pub(crate) cos_u: R,
+    pub(crate) sin_v: R,
+    pub(crate) cos_v: R,
+    /// n·wi.
+    pub(crate) p: R,
+    /// n·wo.
+    pub(crate) q: R,
+    /// Whether it exists, lies on the upper half of the yarn and sees both directions; if not, the
+    /// numbers mean nothing.
+    pub(crate) is_lit: R::Mask,
+}
+
+impl<R: Real> Root<R> {
+    /// The fibre tangent there.
+    #[inline]
+    pub(crate) fn tangent(&self, optics: &Optics<R>) -> Vector<R> {
+        optics.tangent(self.sin_u, self.cos_u, self.sin_v, self.cos_v)
+    }
 }
 
 /// 1 where the coordinate `c` lies in the drawn highlight whose centre is at `centre`, both in

@@ -1,18 +1,20 @@
 //! `Shader`: the light that a cloth reflects.
 
-use core::f64::consts::{FRAC_1_PI, PI};
+use core::f64::consts::FRAC_1_PI;
 
 use glam::{DVec2, DVec3, Vec3};
 use selvedge_normalize::scale::Mode;
 
-use crate::albedo::{Affine, Integrals, Nodes, Reflectance, cosine_mean};
 use crate::cloth::{Cloth, ClothError, Combination};
-use crate::frame::{Vector, to_yarn};
+use crate::frame::{Vector, from_yarn, to_yarn};
+use crate::material::{Lowered, Material, Materials};
+use crate::phase::Parts;
+use crate::place::Place;
 use crate::real::Real;
-use crate::segment::{Mapping, Optics};
-use crate::weave::{Segment, Weave};
-use crate::yarn::Yarn;
-use crate::{filament, staple};
+use crate::segment::{Mapping, Optics, Spread, normal};
+use crate::threads::Threads;
+use crate::weave::{Segment, Side, Weave};
+use crate::{filament, rough, staple};
 
 /// A cloth ready to be shaded: immutable, and shared freely between threads.
 ///
@@ -20,346 +22,315 @@ use crate::{filament, staple};
 /// u = 0 and pick 0 at v = 0, and the weave repeats without end. Directions are in the shading frame
 /// of the cloth's face (x = ∂P/∂u, y = ∂P/∂v, z = n), unit, and point away from the surface. Where
 /// both have z < 0 they are on the back, which shows the other side of every crossing.
+///
+/// Nothing here fails or allocates. What is not finite, in a gap, or on two sides at once reflects
+/// nothing.
 #[derive(Debug)]
 pub struct Shader {
-    front: Face,
-    back: Face,
-    /// 1/pitch, cells per metre.
-    cells_per_m: DVec2,
-    combination: Combination,
-    mapping: Mapping,
-    yarns: Vec<Yarn>,
-    reflectances: Vec<Reflectance>,
-    /// The yarns' constants in each precision, by type.
-    single: Vec<Material<f32>>,
-    double: Vec<Material<f64>>,
+    pub(crate) weave: Weave,
+    pub(crate) threads: Threads,
+    pub(crate) frame: ClothFrame,
+    pub(crate) combination: Combination,
+    pub(crate) mapping: Mapping,
+    pub(crate) seed: u64,
+    pub(crate) materials: Materials,
 }
 
-/// One side of the cloth.
-#[derive(Debug)]
-struct Face {
-    weave: Weave,
-    end_yarns: Vec<u16>,
-    pick_yarns: Vec<u16>,
-    /// Diameter over pitch, by type of yarn.
-    sizes: Vec<f64>,
-}
-
-/// What the shading of one type of yarn needs.
-#[derive(Debug)]
-struct Material<R> {
-    color: [R; 3],
-    specular: [R; 3],
-    /// k, the greatest component of `specular`.
-    amount: R,
-    is_filament: bool,
-    bent: Piece<R>,
-    straight: Piece<R>,
-}
-
-/// What the shading of one kind of segment needs.
+/// How positions and directions of the surface lie to the threads.
 #[derive(Clone, Copy, Debug)]
-struct Piece<R> {
-    optics: Optics<R>,
-    /// Index into the reflectances.
-    reflectance: usize,
-    /// 1/a over w/l.
-    divisor: Affine<R>,
-    /// Ē of the unnormalised highlight over w/l.
-    mean: Affine<R>,
+pub(crate) struct ClothFrame {
+    /// Cells per metre along the weft and the warp.
+    pub(crate) cells_per_m: DVec2,
+    /// Sine and cosine of the angle from u to the weft; `None` if it is 0.
+    pub(crate) turn: Option<(f64, f64)>,
+    /// Width over length of a cell along a pick and along an end.
+    pub(crate) aspects: [f64; 2],
+}
+
+impl ClothFrame {
+    /// Position in cells for a position in metres along u and v.
+    pub(crate) fn cells(&self, uv: DVec2) -> DVec2 {
+        let along = match self.turn {
+            None => uv,
+            Some((sin, cos)) => DVec2::new(uv.x * cos - uv.y * sin, uv.x * sin + uv.y * cos),
+        };
+        along * self.cells_per_m
+    }
+
+    /// The inverse of [`ClothFrame::cells`].
+    pub(crate) fn uv(&self, cells: DVec2) -> DVec2 {
+        let along = cells / self.cells_per_m;
+        match self.turn {
+            None => along,
+            Some((sin, cos)) => {
+                DVec2::new(along.x * cos + along.y * sin, along.y * cos - along.x * sin)
+            }
+        }
+    }
+
+    /// A direction of the shading frame in the frame of weft and warp.
+    pub(crate) fn turned<R: Real>(&self, w: Vector<R>) -> Vector<R> {
+        match self.turn {
+            None => w,
+            Some((sin, cos)) => {
+                let (sin, cos) = (R::from_f64(sin), R::from_f64(cos));
+                Vector::new(w.x * cos - w.y * sin, w.x * sin + w.y * cos, w.z)
+            }
+        }
+    }
+
+    /// The inverse of [`ClothFrame::turned`].
+    pub(crate) fn turned_back<R: Real>(&self, w: Vector<R>) -> Vector<R> {
+        match self.turn {
+            None => w,
+            Some((sin, cos)) => {
+                let (sin, cos) = (R::from_f64(sin), R::from_f64(cos));
+                Vector::new(w.x * cos + w.y * sin, w.y * cos - w.x * sin, w.z)
+            }
+        }
+    }
+}
+
+/// The two lobes of the BRDF, whose sum it is.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Lobes {
+    /// The highlight: light that the fibres mirror. sr⁻¹, linear RGB.
+    pub specular: Vec3,
+    /// The diffuse reflection of the yarn: sr⁻¹, linear RGB.
+    pub diffuse: Vec3,
+}
+
+/// A place of the cloth as a renderer may want to show it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct YarnPoint {
+    /// The piece of yarn.
+    pub segment: Segment,
+    /// Index of its type.
+    pub yarn: u16,
+    /// Inclination along the arc, rad, in [−u_max, u_max].
+    pub u: f64,
+    /// Angle around the section, rad, in [−π/2, π/2].
+    pub v: f64,
+    /// Normal of the yarn, unit, in the shading frame.
+    pub normal: DVec3,
+    /// Tangent of the fibres, unit, in the shading frame.
+    pub tangent: DVec3,
 }
 
 impl Shader {
     /// The shader of a cloth whose parts have been checked.
     pub(crate) fn new(cloth: &Cloth) -> Result<Self, ClothError> {
-        let sizes: Vec<f64> = cloth.yarns.iter().map(|yarn| yarn.size).collect();
-        let front = Face {
-            weave: cloth.weave.clone(),
-            end_yarns: cloth.end_yarns.clone(),
-            pick_yarns: cloth.pick_yarns.clone(),
-            sizes,
-        };
-        let back = front.back();
-        let straight_shows = front.weave.has_uncovered()
-            || back.weave.has_uncovered()
-            || front.sizes.iter().any(|&size| size < 1.0);
-        let mut tables = Tables::default();
-        let mut pieces = Vec::with_capacity(cloth.yarns.len());
-        for (index, yarn) in cloth.yarns.iter().enumerate() {
-            let mut find = |is_straight| {
-                tables
-                    .find(yarn, is_straight, cloth.mapping, cloth.normalization)
-                    .map_err(|source| ClothError::Normalization { index, source })
-            };
-            let bent = find(false)?;
-            pieces.push([bent, if straight_shows { find(true)? } else { bent }]);
-        }
-        let combination = match cloth.normalization {
-            Mode::Pointwise => Combination::Lerp,
-            Mode::Segment | Mode::None => cloth.combination,
-        };
-        let reflectances = tables.reflectances;
+        let threads = Threads::new(cloth);
+        let straight_shows = cloth.weave.has_uncovered() || threads.have_gaps();
+        let shapes = threads.shapes(cloth);
+        let (sin, cos) = cloth.rotation.sin_cos();
         Ok(Self {
-            front,
-            back,
-            cells_per_m: cloth.pitch.recip(),
-            combination,
+            frame: ClothFrame {
+                cells_per_m: cloth.pitch.recip() * cloth.scale,
+                turn: (cloth.rotation != 0.0).then_some((sin, cos)),
+                aspects: [cloth.pitch.y / cloth.pitch.x, cloth.pitch.x / cloth.pitch.y],
+            },
+            combination: match cloth.normalization {
+                Mode::Pointwise => Combination::Lerp,
+                Mode::Segment | Mode::None => cloth.combination,
+            },
             mapping: cloth.mapping,
-            yarns: cloth.yarns.clone(),
-            single: materials(cloth, &pieces, &reflectances),
-            double: materials(cloth, &pieces, &reflectances),
-            reflectances,
+            seed: cloth.seed,
+            materials: Materials::new(cloth, &shapes, straight_shows)?,
+            weave: cloth.weave.clone(),
+            threads,
         })
     }
 
-    /// The BRDF at `uv` (m), in sr⁻¹, without the cosine, linear RGB: finite and ≥ 0.
-    ///
-    /// 0 in a gap, where `wi` and `wo` are on different sides or along the surface, and where an
-    /// argument is not finite (Nelson, McEvoy & Fratarcangeli 2016, equation 1).
+    /// The BRDF at `uv` (m), in sr⁻¹, without the cosine, linear RGB: finite and ≥ 0 (Nelson, McEvoy
+    /// & Fratarcangeli 2016, equation 1).
     #[must_use]
     pub fn eval(&self, uv: DVec2, wi: Vec3, wo: Vec3) -> Vec3 {
-        let vector = |w: Vec3| Vector::new(w.x, w.y, w.z);
-        Vec3::from_array(self.eval_with(&self.single, uv, vector(wi), vector(wo)))
+        let lobes = self.eval_lobes(uv, wi, wo);
+        lobes.specular + lobes.diffuse
+    }
+
+    /// The lobes of [`Shader::eval`] apart.
+    #[must_use]
+    pub fn eval_lobes(&self, uv: DVec2, wi: Vec3, wo: Vec3) -> Lobes {
+        let [specular, diffuse] =
+            self.lobes(&self.materials.single, uv, Vector::<f32>::of(wi), Vector::<f32>::of(wo));
+        Lobes { specular: specular.into(), diffuse: diffuse.into() }
     }
 
     /// [`Shader::eval`] from the same source in f64: the yardstick for its rounding errors.
     #[must_use]
     pub fn eval_reference(&self, uv: DVec2, wi: DVec3, wo: DVec3) -> DVec3 {
-        let vector = |w: DVec3| Vector::new(w.x, w.y, w.z);
-        DVec3::from_array(self.eval_with(&self.double, uv, vector(wi), vector(wo)))
+        let [specular, diffuse] =
+            self.lobes(&self.materials.double, uv, Vector::<f64>::of(wi), Vector::<f64>::of(wo));
+        DVec3::from_array(specular) + DVec3::from_array(diffuse)
     }
 
-    /// Directional albedo at `uv` (m) for `wo` on the face: `∫ f cos θi dwi`, linear RGB, by a
-    /// quadrature of its own in f64, whose error is about 10⁻³.
-    ///
-    /// 0 in a gap and for `wo` not above the surface.
-    #[must_use]
-    pub fn albedo_at(&self, uv: DVec2, wo: DVec3) -> DVec3 {
-        self.albedo_with(uv, wo, |integrals, segment, wo| {
-            integrals.at_point(segment.x, segment.y, wo)
-        })
-    }
-
-    /// Directional albedo for `wo` on the face, averaged over the segment that shows at `uv` (m);
-    /// otherwise as [`Shader::albedo_at`].
-    #[must_use]
-    pub fn albedo_of_segment(&self, uv: DVec2, wo: DVec3) -> DVec3 {
-        self.albedo_with(uv, wo, |integrals, _, wo| integrals.mean(wo))
-    }
-
-    fn albedo_with(
-        &self,
-        uv: DVec2,
-        wo: DVec3,
-        highlight: impl Fn(&Integrals, &Segment, DVec3) -> Affine<f64>,
-    ) -> DVec3 {
-        let is_above = uv.is_finite() && wo.is_finite() && wo.z > 0.0;
-        let Some(segment) = self.yarn_at(uv).filter(|_| is_above) else {
-            return DVec3::ZERO;
-        };
-        let index = self.front.yarn(&segment);
-        let (material, yarn) = (&self.double[index], &self.yarns[index]);
-        let piece = material.piece(&segment);
-        let ratio = shape(&segment);
-        let wo = to_yarn(Vector::new(wo.x, wo.y, wo.z), segment.is_warp);
-        let integrals =
-            Integrals::new(yarn, segment.is_straight, self.mapping, Nodes::resolving(yarn, 2.0));
-        let albedo = highlight(&integrals, &segment, DVec3::new(wo.x, wo.y, wo.z));
-        let specular = albedo.at(ratio) / piece.divisor.at(ratio);
-        let diffuse = PI * cosine_mean(2, |wi| self.diffuse(material, piece, ratio, wi, wo));
-        DVec3::from_array(material.specular) * specular
-            + DVec3::from_array(material.color) * diffuse
-    }
-
-    /// The share of the surface at `uv` (m) that yarn covers: 1 on a yarn and 0 in a gap.
+    /// The share of the surface at `uv` (m) that yarn covers: its opacity on a yarn and 0 in a gap.
+    /// The rest of the light goes straight on.
     #[must_use]
     pub fn opacity(&self, uv: DVec2) -> f32 {
-        if uv.is_finite() && self.yarn_at(uv).is_none() { 0.0 } else { 1.0 }
+        if !uv.is_finite() {
+            return 1.0;
+        }
+        let opacity =
+            self.with_place(&self.materials.single, uv, Side::Face, |place| place.opacity);
+        opacity.unwrap_or(0.0)
+    }
+
+    /// Whether something may show between the yarns: if not, no [`Shader::opacity`] is that of a gap.
+    pub fn has_gaps(&self) -> bool {
+        self.threads.have_gaps()
     }
 
     /// The piece of yarn that the face shows at `uv` (m); `None` in a gap.
     #[must_use]
-    pub fn yarn_at(&self, uv: DVec2) -> Option<Segment> {
-        self.front.segment_at(uv * self.cells_per_m)
+    pub fn yarn_at(&self, uv: DVec2) -> Option<YarnPoint> {
+        self.with_place(&self.materials.double, uv, Side::Face, |place| {
+            let Segment { is_warp, x, y, .. } = place.segment;
+            let optics = &place.piece.optics;
+            let (sin_u, cos_u, _) = optics.along(y);
+            let (sin_v, cos_v, _) = optics.across(x);
+            let to_shading = |w: Vector<f64>| {
+                let w = self.frame.turned_back(from_yarn(w, is_warp));
+                DVec3::new(w.x, w.y, w.z)
+            };
+            YarnPoint {
+                segment: place.segment,
+                yarn: place.yarn as u16,
+                u: optics.u_of_y(y),
+                v: optics.v_of_x(x),
+                normal: to_shading(normal(sin_u, cos_u, sin_v, cos_v)),
+                tangent: to_shading(optics.tangent(sin_u, cos_u, sin_v, cos_v)),
+            }
+        })
     }
 
-    fn eval_with<R: Real + PartialOrd + Copy + Into<f64>>(
+    /// The types of yarn whose shortest segments are too short for their u_max, and what it became.
+    pub fn lowered(&self) -> &[Lowered] {
+        &self.materials.lowered
+    }
+
+    /// Both directions in the frame of weft and warp, as seen from the side they are on.
+    #[inline(always)]
+    pub(crate) fn oriented<R: Real + PartialOrd + Into<f64>>(
+        &self,
+        wi: Vector<R>,
+        wo: Vector<R>,
+    ) -> Option<(Side, Vector<R>, Vector<R>)> {
+        // A sum of squares is finite only if every term is.
+        let sum: f64 = (wi.dot(wi) + wo.dot(wo)).into();
+        if !sum.is_finite() {
+            return None;
+        }
+        let (wi, wo) = (self.frame.turned(wi), self.frame.turned(wo));
+        if wi.z > R::zero() && wo.z > R::zero() {
+            Some((Side::Face, wi, wo))
+        } else if wi.z < R::zero() && wo.z < R::zero() {
+            Some((Side::Back, wi.turned_over(), wo.turned_over()))
+        } else {
+            None
+        }
+    }
+
+    #[inline(always)]
+    fn lobes<R: Real + PartialOrd + Into<f64>>(
         &self,
         materials: &[Material<R>],
         uv: DVec2,
-        mut wi: Vector<R>,
-        mut wo: Vector<R>,
-    ) -> [R; 3] {
-        let black = [R::zero(); 3];
-        let is_finite = |w: Vector<R>| w.dot(w).into().is_finite();
-        if !(uv.is_finite() && is_finite(wi) && is_finite(wo)) {
-            return black;
-        }
-        let mut cell = uv * self.cells_per_m;
-        let face = if wi.z > R::zero() && wo.z > R::zero() {
-            &self.front
-        } else if wi.z < R::zero() && wo.z < R::zero() {
-            // Half a turn about y, the warp.
-            wi = Vector::new(-wi.x, wi.y, -wi.z);
-            wo = Vector::new(-wo.x, wo.y, -wo.z);
-            cell.x = -cell.x;
-            &self.back
-        } else {
-            return black;
-        };
-        let Some(segment) = face.segment_at(cell) else {
-            return black;
-        };
-        let material = &materials[face.yarn(&segment)];
-        let (wi, wo) = (to_yarn(wi, segment.is_warp), to_yarn(wo, segment.is_warp));
-        let place = [segment.x, segment.y, shape(&segment)].map(R::from_f64);
-        self.reflect(material, material.piece(&segment), place, wi, wo)
-    }
-
-    /// f of one piece of yarn at (x, y) for a segment of width over length `ratio`; directions in
-    /// the yarn frame, above the surface.
-    fn reflect<R: Real>(
-        &self,
-        material: &Material<R>,
-        piece: &Piece<R>,
-        [x, y, ratio]: [R; 3],
         wi: Vector<R>,
         wo: Vector<R>,
-    ) -> [R; 3] {
-        let highlight = if material.is_filament { filament::highlight } else { staple::highlight };
-        let specular = highlight(&piece.optics, x, y, ratio, wi, wo) / piece.divisor.at(ratio);
-        let diffuse = self.diffuse(material, piece, ratio, wi, wo);
-        core::array::from_fn(|c| material.specular[c] * specular + material.color[c] * diffuse)
+    ) -> [[R; 3]; 2] {
+        let black = [[R::zero(); 3]; 2];
+        let Some((side, wi, wo)) = self.oriented(wi, wo) else { return black };
+        let lobes = self.with_place(materials, uv, side, |place| {
+            let is_warp = place.segment.is_warp;
+            self.lobes_at(place, to_yarn(wi, is_warp), to_yarn(wo, is_warp))
+        });
+        lobes.unwrap_or(black)
     }
 
-    /// The diffuse lobe for a white yarn, sr⁻¹, with its share of the light.
-    fn diffuse<R: Real>(
+    /// f of one place; directions in the yarn frame, above the surface.
+    #[inline(always)]
+    pub(crate) fn lobes_at<R: Real>(
         &self,
-        material: &Material<R>,
-        piece: &Piece<R>,
-        ratio: R,
+        place: &Place<'_, R>,
+        wi: Vector<R>,
+        wo: Vector<R>,
+    ) -> [[R; 3]; 2] {
+        let piece = place.piece;
+        let divisor = piece.reflectance.divisor(place.at[2]);
+        let specular = if place.has_highlight {
+            let Parts { peak, uniform } = highlight(&piece.optics, place.at, wi, wo);
+            let scale = place.intensity * place.opacity / divisor;
+            let [of_peak, of_uniform] = place.specular;
+            core::array::from_fn(|c| scale * (of_peak[c] * peak + of_uniform[c] * uniform))
+        } else {
+            [R::zero(); 3]
+        };
+        let diffuse = self.diffuse(place, divisor, wi, wo) * place.opacity;
+        [specular, place.color.map(|color| color * diffuse)]
+    }
+
+    /// The diffuse lobe of an opaque white yarn, sr⁻¹, with its share of the light.
+    #[inline(always)]
+    pub(crate) fn diffuse<R: Real>(
+        &self,
+        place: &Place<'_, R>,
+        divisor: R,
         wi: Vector<R>,
         wo: Vector<R>,
     ) -> R {
         let one = R::one();
-        let share = match self.combination {
-            Combination::Lerp => one - material.amount,
-            Combination::Layered => {
-                let scale = material.amount / piece.divisor.at(ratio);
-                let left = |albedo: Affine<R>| (one - scale * albedo.at(ratio)).max(R::zero());
+        let piece = place.piece;
+        let share = if !place.has_highlight {
+            one
+        } else if self.combination == Combination::Lerp {
+            one - place.amount
+        } else {
+            let ratio = place.at[2];
+            let scale = place.amount / divisor;
+            let left = |albedo: R| (one - scale * albedo).max(R::zero());
+            let table = &piece.reflectance;
+            let share = left(table.at(wi).at(ratio)) * left(table.at(wo).at(ratio));
+            if piece.diffuse_scale.is_some() {
+                // What a yarn's normal prefers may be what the highlight leaves.
+                share
+            } else {
                 // Away from 0 where an unnormalised highlight reflects more than it receives.
-                let left_mean = left(piece.mean).max(R::from_f64(1e-3));
-                let table = &self.reflectances[piece.reflectance];
-                left(table.at(wi)) * left(table.at(wo)) / left_mean
+                share / left(piece.mean.at(ratio)).max(R::from_f64(1e-3))
             }
         };
-        share * R::from_f64(FRAC_1_PI)
-    }
-}
-
-/// Width over length of a segment; 0 for a straight piece, which has no curvature to change.
-fn shape(segment: &Segment) -> f64 {
-    if segment.is_straight { 0.0 } else { segment.width / segment.length }
-}
-
-impl<R> Material<R> {
-    fn piece(&self, segment: &Segment) -> &Piece<R> {
-        if segment.is_straight { &self.straight } else { &self.bent }
-    }
-}
-
-impl Face {
-    /// The other side, turned over about a warp line.
-    fn back(&self) -> Self {
-        Self {
-            weave: self.weave.back(),
-            end_yarns: self.end_yarns.iter().rev().copied().collect(),
-            pick_yarns: self.pick_yarns.clone(),
-            sizes: self.sizes.clone(),
-        }
-    }
-
-    /// The piece of yarn at `position`, in cells.
-    fn segment_at(&self, position: DVec2) -> Option<Segment> {
-        let corner = position.floor();
-        let size = |yarns: &[u16], thread: u32| self.sizes[usize::from(yarns[thread as usize])];
-        self.weave.segment_at(
-            [corner.x as i64, corner.y as i64],
-            (position - corner).to_array(),
-            |end| size(&self.end_yarns, end),
-            |pick| size(&self.pick_yarns, pick),
-        )
-    }
-
-    /// The type of yarn of a segment.
-    fn yarn(&self, segment: &Segment) -> usize {
-        let yarns = if segment.is_warp { &self.end_yarns } else { &self.pick_yarns };
-        yarns[segment.thread as usize].into()
-    }
-}
-
-/// The reflectances found so far, so that yarns that differ in colour alone share one.
-#[derive(Default)]
-struct Tables {
-    keys: Vec<(Yarn, bool)>,
-    reflectances: Vec<Reflectance>,
-}
-
-impl Tables {
-    fn find(
-        &mut self,
-        yarn: &Yarn,
-        is_straight: bool,
-        mapping: Mapping,
-        mode: Mode,
-    ) -> Result<usize, selvedge_normalize::scale::ScaleError> {
-        let neutral = Yarn::default();
-        let key = Yarn {
-            color: neutral.color,
-            specular: neutral.specular,
-            size: neutral.size,
-            u_max: if is_straight { 0.0 } else { yarn.u_max },
-            ..*yarn
-        };
-        if let Some(index) = self.keys.iter().position(|known| *known == (key, is_straight)) {
-            return Ok(index);
-        }
-        self.reflectances.push(Reflectance::new(yarn, is_straight, mapping, mode)?);
-        self.keys.push((key, is_straight));
-        Ok(self.keys.len() - 1)
-    }
-}
-
-fn materials<R: Real>(
-    cloth: &Cloth,
-    pieces: &[[usize; 2]],
-    reflectances: &[Reflectance],
-) -> Vec<Material<R>> {
-    let precise =
-        |a: Affine<f64>| Affine { base: R::from_f64(a.base), slope: R::from_f64(a.slope) };
-    let color = |c: [f32; 3]| c.map(|component| R::from_f64(component.into()));
-    cloth
-        .yarns
-        .iter()
-        .zip(pieces)
-        .map(|(yarn, pieces)| {
-            let piece = |is_straight: bool| {
-                let reflectance = pieces[usize::from(is_straight)];
-                Piece {
-                    optics: Optics::new(yarn, is_straight, cloth.mapping),
-                    reflectance,
-                    divisor: precise(reflectances[reflectance].divisor),
-                    mean: precise(reflectances[reflectance].mean),
-                }
-            };
-            Material {
-                color: color(yarn.color),
-                specular: color(yarn.specular),
-                amount: R::from_f64(yarn.specular_amount().into()),
-                is_filament: yarn.is_filament(),
-                bent: piece(false),
-                straight: piece(true),
+        let shape = match piece.diffuse_scale {
+            None => one,
+            Some(scale) => {
+                let (sin_u, cos_u, _) = piece.optics.along(place.at[1]);
+                let (sin_v, cos_v, _) = piece.optics.across(place.at[0]);
+                let n = normal(sin_u, cos_u, sin_v, cos_v);
+                n.dot(wi).max(R::zero()) * n.dot(wo).max(R::zero()) * scale
             }
-        })
-        .collect()
+        };
+        share * shape * R::from_f64(FRAC_1_PI)
+    }
+}
+
+/// f of the highlight at (x, y) and w/l, before colour and factor, sr⁻¹.
+#[inline(always)]
+pub(crate) fn highlight<R: Real>(
+    optics: &Optics<R>,
+    at: [R; 3],
+    wi: Vector<R>,
+    wo: Vector<R>,
+) -> Parts<R> {
+    match optics.spread {
+        Spread::Staple { delta, strength } => {
+            staple::highlight(optics, [delta, strength], at, wi, wo)
+        }
+        Spread::Filament { delta, strength, .. } => {
+            filament::highlight(optics, [delta, strength], at, wi, wo)
+        }
+        Spread::Rough { inv_variance, scale } => {
+            rough::highlight(optics, [inv_variance, scale], at, wi, wo)
+        }
+    }
 }

@@ -1,72 +1,78 @@
 //! The highlight of a yarn of twisted (staple) fibres.
 
 use crate::frame::Vector;
+use crate::phase::{Azimuth, Parts};
 use crate::real::Real;
-use crate::segment::{Optics, in_window, normal};
+use crate::segment::{Optics, Root, in_window, normal};
 
-/// f of the highlight, sr⁻¹, before colour and scale, at (`x`, `y`) in [−1, 1]² of a segment whose
-/// width over length is `ratio`; `wi` and `wo` are in the yarn frame. Finite and ≥ 0.
+/// Where twisted fibres at inclination u reflect `wi` into `wo`.
 ///
-/// Fibres reflect `wi` into `wo` where `t(u, v)·(wi + wo) = 0`. At the point's u that is solved for
-/// v (Irawan & Marschner 2012, equation 3): with H = wi + wo, C = H·∂P/∂u, B = H·n(u, 0) and
-/// r² = H_x² + B²,
+/// Fibres reflect where `t(u, v)·(wi + wo) = 0`. At the point's u that is solved for v (Irawan &
+/// Marschner 2012, equation 3): with H = wi + wo, C = H·∂P/∂u, B = H·n(u, 0) and r² = H_x² + B²,
 ///
 /// ```text
 /// H_x cos v − B sin v = C / tan ψ        exists iff |C cos ψ| < r |sin ψ|
 /// ```
 ///
 /// Of its two roots the one with n·H > 0 reflects; its sine and cosine follow from the sum formulas
-/// without an inverse function, so that a root beyond ±π needs no wrapping. The value is
-///
-/// ```text
-/// f = (du/dy)/(2δ sin u_max) · χ · [1 − (w/l) sin u_max (1 − cos v)] · f_c · pq / ((p+q)² |sin ψ|)
-/// ```
-///
-/// with p = n·wi and q = n·wo: geometry factor, attenuation and division by the segment's area in
-/// one product, in which every singularity has cancelled.
-#[inline]
-pub(crate) fn highlight<R: Real>(
+/// without an inverse function, so that a root beyond ±π needs no wrapping.
+#[inline(always)]
+pub(crate) fn root<R: Real>(
     optics: &Optics<R>,
-    x: R,
-    y: R,
-    ratio: R,
+    sin_u: R,
+    cos_u: R,
     wi: Vector<R>,
     wo: Vector<R>,
-) -> R {
+) -> Root<R> {
     let (zero, one) = (R::zero(), R::one());
-    let (sin_u, cos_u, du_dy) = optics.along(y);
     let h = wi.plus(wo);
     let c = h.y * cos_u - h.z * sin_u;
     let b = h.y * sin_u + h.z * cos_u;
     let r_sq = h.x * h.x + b * b;
-    let sin_psi_abs = optics.sin_psi.abs();
-    let reach = r_sq.sqrt() * sin_psi_abs;
+    let reach = r_sq.sqrt() * optics.sin_psi.abs();
     let need = (c * optics.cos_psi).abs();
-    let exists = need.lt(reach);
 
-    // r cos(v + φ₀) and r sin(v + φ₀), where φ₀ = atan2(B, H_x).
-    let r_cos = c * optics.cos_psi / optics.sin_psi;
-    let r_sin = ((reach - need) * (reach + need)).max(zero).sqrt() / sin_psi_abs;
-    let inv_r_sq = one / r_sq.max(R::from_f64(1e-30));
-    let sin_v = (r_sin * h.x - r_cos * b) * inv_r_sq;
-    let cos_v = (r_cos * h.x + r_sin * b) * inv_r_sq;
+    // r cos(v + φ₀) and r sin(v + φ₀) times |sin ψ|, where φ₀ = atan2(B, H_x).
+    let r_cos = R::select(zero.lt(optics.sin_psi), c, -c) * optics.cos_psi;
+    let r_sin = ((reach - need) * (reach + need)).max(zero).sqrt();
+    let scale = one / (r_sq.max(R::from_f64(1e-30)) * optics.sin_psi.abs());
+    let sin_v = (r_sin * h.x - r_cos * b) * scale;
+    let cos_v = (r_cos * h.x + r_sin * b) * scale;
 
     let n = normal(sin_u, cos_u, sin_v, cos_v);
     let (p, q) = (n.dot(wi), n.dot(wo));
-    let sum = p + q;
-    let is_lit = exists
-        & zero.lt(cos_v)
-        & zero.lt(p)
-        & zero.lt(q)
-        & in_window(x, optics.x_of_v(sin_v), optics.delta);
+    let is_lit = need.lt(reach) & zero.lt(cos_v) & zero.lt(p) & zero.lt(q);
+    Root { sin_u, cos_u, sin_v, cos_v, p, q, is_lit }
+}
 
-    let t = optics.tangent(sin_u, cos_u, sin_v, cos_v);
-    let value = du_dy
-        * optics.half_inv_delta
-        * optics.area(ratio, cos_v)
-        * optics.phase.eval(t, wi, wo)
-        * (p / sum)
-        * (q / sum)
-        / sin_psi_abs;
-    R::select(is_lit, value, zero)
+/// f of the highlight, sr⁻¹, before colour and scale, at (`x`, `y`) in [−1, 1]² of a segment whose
+/// width over length is `ratio`; `wi` and `wo` are in the yarn frame. Finite and ≥ 0.
+///
+/// ```text
+/// f = (du/dy)/(2δ sin u_max) · χ · [S − (w/l) sin u_max (S − cos v)] · f_c · pq / ((p+q)² |sin ψ|)
+/// ```
+///
+/// with v at the [`root`], p = n·wi and q = n·wo: geometry factor, attenuation and division by the
+/// segment's area in one product, in which every singularity has cancelled. `strength` is 1/(2δ |sin ψ|).
+#[inline(always)]
+pub(crate) fn highlight<R: Real>(
+    optics: &Optics<R>,
+    [delta, strength]: [R; 2],
+    [x, y, ratio]: [R; 3],
+    wi: Vector<R>,
+    wo: Vector<R>,
+) -> Parts<R> {
+    let (sin_u, cos_u, du_dy) = optics.along(y);
+    let root = root(optics, sin_u, cos_u, wi, wo);
+    let is_lit = root.is_lit & in_window(x, optics.x_of_v(root.sin_v), delta);
+    if !R::any(is_lit) {
+        return Parts::none();
+    }
+    let inv_sum = R::one() / (root.p + root.q).max(R::from_f64(1e-30));
+    let scale = du_dy
+        * strength
+        * optics.area(ratio, optics.bend(sin_u), root.cos_v)
+        * ((root.p * inv_sum) * (root.q * inv_sum));
+    let t = root.tangent(optics);
+    optics.phase.eval(&Azimuth::on_cone(t, wi, wo)).scaled(scale, is_lit)
 }

@@ -1,0 +1,267 @@
+//! Azimuths about a fibre, drawn nearly in proportion to its phase function, on the half of the circle
+//! that the surface of the yarn faces.
+//!
+//! The normal n of the surface is perpendicular to the fibre, so that the directions about the fibre
+//! with n·wi > 0 are those within a right angle of n, whatever their inclination. Drawing from that
+//! half alone matters: most of a forward peak passes into the yarn.
+
+use core::f64::consts::{FRAC_PI_2, PI};
+
+use crate::phase::{Azimuth, Phase, PhaseTable, cauchy_width};
+use crate::real::Real;
+
+/// Draws azimuths about a fibre: `even_share` of them evenly, the others about the peak.
+#[derive(Clone, Debug)]
+pub(crate) struct AzimuthSampler {
+    even_share: f64,
+    peak: Peak,
+}
+
+#[derive(Clone, Debug)]
+enum Peak {
+    Cauchy {
+        width: f64,
+        is_backward: bool,
+    },
+    /// A von Mises peak by the angle between the directions: by the azimuth its concentration is
+    /// `beta` times the product of the sines of both inclinations.
+    Spatial {
+        beta: f64,
+    },
+    Tabulated(PhaseTable),
+}
+
+/// How a surface lies about a fibre in it, as seen from `wo`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Facing {
+    /// Cosine of the azimuth from `wo` to the normal, in [0, 1].
+    pub(crate) cos: f64,
+    /// Product of the sines of the angles from the fibre to `wi` and `wo`.
+    pub(crate) sines: f64,
+}
+
+impl Facing {
+    /// Of a surface on which `wo` has the cosine `q` > 0, at the sines `si` and `so` of the
+    /// inclinations `t·wi` and `t·wo`.
+    pub(crate) fn new(q: f64, si: f64, so: f64) -> Self {
+        let [ri, ro] = [si, so].map(|s| ((1.0 - s) * (1.0 + s)).max(0.0).sqrt());
+        Self { cos: (q / ro.max(f64::MIN_POSITIVE)).min(1.0), sines: ri * ro }
+    }
+}
+
+impl AzimuthSampler {
+    /// For `phase`.
+    pub(crate) fn new(phase: &Phase) -> Self {
+        let (even_share, peak) = match *phase {
+            Phase::VonMises { alpha, beta } => {
+                (alpha, Peak::Cauchy { width: bounding_width(beta), is_backward: false })
+            }
+            // Its uniform part has the density α all around.
+            Phase::VonMises3d { alpha, beta } => {
+                let uniform = 2.0 * PI * alpha;
+                (uniform / (1.0 + uniform), Peak::Spatial { beta })
+            }
+            Phase::WrappedCauchy { rho, is_backward } => {
+                (0.0, Peak::Cauchy { width: cauchy_width(rho), is_backward })
+            }
+            Phase::Tabulated(ref table) => (0.0, Peak::Tabulated(table.clone())),
+        };
+        Self { even_share, peak }
+    }
+
+    /// The shares of the even part and of the peak that lie on the half of the circle.
+    fn shares(&self, facing: Facing) -> [f64; 2] {
+        let peak = match self.peak.kind(facing) {
+            Kind::Cauchy { width, is_backward } => {
+                let cos = if is_backward { facing.cos } else { -facing.cos };
+                cauchy_share(width, cos)
+            }
+            Kind::Tabulated(table) => {
+                let [near, far] = table_shares(table, facing.cos);
+                near + far
+            }
+        };
+        [0.5 * self.even_share, (1.0 - self.even_share) * peak]
+    }
+
+    /// (cos Δφ, sin Δφ) for `xi` in [0, 1); `sin` is the sine of the azimuth whose cosine is in
+    /// `facing`.
+    pub(crate) fn sample(&self, xi: f64, facing: Facing, sin: f64) -> (f64, f64) {
+        let [even, peak] = self.shares(facing);
+        let place = xi * (even + peak);
+        if place < even {
+            // From the normal on.
+            let (s, c) = (PI * (place / even - 0.5)).sin_cos();
+            return (c * facing.cos - s * sin, s * facing.cos + c * sin);
+        }
+        let xi = (place - even) / (1.0 - self.even_share);
+        match self.peak.kind(facing) {
+            Kind::Cauchy { width, is_backward } => {
+                let sign = if is_backward { 1.0 } else { -1.0 };
+                let (cos, sin) = (sign * facing.cos, sign * sin);
+                // tan(Δφ/2) = k tan(τ/2) about the peak, τ even; from a right angle before the normal.
+                let half = (-cos).atan2(width * (1.0 + sin)) + PI * xi;
+                let (s, c) = (width * half.sin(), half.cos());
+                let scale = sign / (s * s + c * c);
+                ((c * c - s * s) * scale, 2.0 * s * c * scale)
+            }
+            Kind::Tabulated(table) => {
+                let [near, _] = table_shares(table, facing.cos);
+                let side = 1.0f64.copysign(sin);
+                let angle = if xi < near {
+                    side * table.inverse(2.0 * xi)
+                } else {
+                    -side * table.inverse(2.0 * (xi - near))
+                };
+                (angle.cos(), angle.sin())
+            }
+        }
+    }
+
+    /// The density of [`AzimuthSampler::sample`] on its half of the circle, rad⁻¹.
+    pub(crate) fn density<R: Real + Into<f64>>(&self, azimuth: &Azimuth<R>, facing: Facing) -> f64 {
+        let peak = match self.peak.kind(facing) {
+            Kind::Cauchy { width, is_backward } => {
+                // With ρ = (1 − k)/(1 + k): k / (π (k² (1 + cos) + (1 − cos))) about the peak.
+                let gaps = [azimuth.forward_gap().into(), azimuth.backward_gap().into()];
+                let from_peak: f64 = gaps[usize::from(is_backward)];
+                let beyond: f64 = gaps[usize::from(!is_backward)];
+                width / (PI * (width * width * beyond + from_peak))
+            }
+            Kind::Tabulated(table) => table.about(azimuth).into(),
+        };
+        let [even_share, peak_share] = self.shares(facing);
+        let density = self.even_share / (2.0 * PI) + (1.0 - self.even_share) * peak;
+        // A table may have nothing there.
+        density / (even_share + peak_share).max(f64::MIN_POSITIVE)
+    }
+}
+
+/// A [`Peak`] for given inclinations.
+enum Kind<'a> {
+    Cauchy { width: f64, is_backward: bool },
+    Tabulated(&'a PhaseTable),
+}
+
+impl Peak {
+    fn kind(&self, facing: Facing) -> Kind<'_> {
+        match *self {
+            Self::Cauchy { width, is_backward } => Kind::Cauchy { width, is_backward },
+            Self::Spatial { beta } => {
+                Kind::Cauchy { width: bounding_width(beta * facing.sines), is_backward: false }
+            }
+            Self::Tabulated(ref table) => Kind::Tabulated(table),
+        }
+    }
+}
+
+/// Half width of the wrapped Cauchy that bounds a von Mises peak best, rad (Best & Fisher 1979): their
+/// ratio is at most 1.52 at any concentration.
+fn bounding_width(beta: f64) -> f64 {
+    // ρ = (τ − √(2τ))/2β with τ = 1 + √(1 + 4β²).
+    let tau = 1.0 + (1.0 + 4.0 * beta * beta).sqrt();
+    let rho = if beta < 1e-4 { 0.5 * beta } else { (tau - (2.0 * tau).sqrt()) / (2.0 * beta) };
+    (1.0 - rho) / (1.0 + rho)
+}
+
+/// The share of a wrapped Cauchy of half width `k` that lies within a right angle of the azimuth with
+/// the cosine `cos` from its peak: of its distribution ½ + atan(tan(Δφ/2)/k)/π, the difference between
+/// two places half a turn apart, by the tangent of a difference.
+fn cauchy_share(k: f64, cos: f64) -> f64 {
+    (2.0 * k).atan2(-(1.0 - k) * (1.0 + k) * cos) / PI
+}
+
+/// The shares of a table on either side of |Δφ| = 0, as far as they lie within a right angle of the
+/// azimuth with the cosine `cos`.
+fn table_shares(table: &PhaseTable, cos: f64) -> [f64; 2] {
+    let angle = cos.clamp(0.0, 1.0).acos();
+    [FRAC_PI_2 + angle, FRAC_PI_2 - angle].map(|end| 0.5 * table.share_below(end))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frame::Vector;
+
+    /// The fibre.
+    const T: Vector<f64> = Vector { x: 0.0, y: 0.0, z: 1.0 };
+
+    fn phases() -> Vec<Phase> {
+        let table = |samples: &[f64]| PhaseTable::new(samples).unwrap();
+        let mut phases: Vec<Phase> = [0.0, 1e-5, 4.0, 200.0, 1e6]
+            .into_iter()
+            .flat_map(|beta| {
+                [Phase::VonMises { alpha: 0.05, beta }, Phase::VonMises3d { alpha: 0.02, beta }]
+            })
+            .collect();
+        phases.extend([0.0, 0.67, 0.999].into_iter().flat_map(|rho| {
+            [false, true].map(|is_backward| Phase::WrappedCauchy { rho, is_backward })
+        }));
+        phases.push(Phase::Tabulated(table(&[1.0, 0.2, 3.0, 0.0, 0.0, 2.0])));
+        phases.push(Phase::Tabulated(table(&[0.0, 1.0])));
+        phases
+    }
+
+    /// The azimuth of a direction at right angles to the fibre with `phi` from `wo`.
+    fn azimuth(phi: f64) -> Azimuth<f64> {
+        let wi = Vector::new(phi.cos(), phi.sin(), 0.0);
+        Azimuth::on_cone(T, wi, Vector::new(1.0, 0.0, 0.0))
+    }
+
+    #[test]
+    fn azimuths_lie_on_the_half_circle_and_have_the_density_that_is_told() {
+        for phase in phases() {
+            let sampler = AzimuthSampler::new(&phase);
+            for (normal, sines) in [(0.0, 1.0), (0.4, 0.3), (-1.2, 1.0), (1.569, 0.9)] {
+                let facing = Facing { cos: f64::cos(normal), sines };
+                // The means over the draws are integrals against the density.
+                let moments = |phi: f64| {
+                    let (sin, cos) = (phi - normal).sin_cos();
+                    [1.0, sin, cos, sin * cos]
+                };
+                let mut drawn = [0.0; 4];
+                let n = 20_000;
+                for j in 0..n {
+                    let xi = (f64::from(j) + 0.5) / f64::from(n);
+                    let (cos, sin) = sampler.sample(xi, facing, normal.sin());
+                    assert!((cos * cos + sin * sin - 1.0).abs() < 1e-12, "{phase:?} {xi}");
+                    let from_normal = cos * normal.cos() + sin * normal.sin();
+                    assert!(from_normal > -1e-6, "{phase:?} {normal} {xi}: {from_normal}");
+                    let moments = moments(sin.atan2(cos));
+                    drawn = core::array::from_fn(|k| drawn[k] + moments[k] / f64::from(n));
+                }
+                let mut told = [0.0; 4];
+                let n = 200_000;
+                let step = PI / f64::from(n);
+                for j in 0..n {
+                    let phi = normal - FRAC_PI_2 + (f64::from(j) + 0.5) * step;
+                    let density = step * sampler.density(&azimuth(phi), facing);
+                    let moments = moments(phi);
+                    told = core::array::from_fn(|k| told[k] + moments[k] * density);
+                }
+                for (drawn, told) in drawn.into_iter().zip(told) {
+                    assert!(
+                        (drawn - told).abs() < 1e-3,
+                        "{phase:?} normal {normal} sines {sines}: {drawn}, told {told}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn whole_density_is_near_the_von_mises_peak() {
+        for beta in [0.0, 1e-6, 0.5, 4.0, 200.0, 1e6] {
+            let phase = Phase::VonMises { alpha: 0.0, beta };
+            let (constants, sampler) = (phase.constants::<f64>(), AzimuthSampler::new(&phase));
+            for normal in [0.0, 1.0, 1.5] {
+                let facing = Facing { cos: f64::cos(normal), sines: 1.0 };
+                for k in 0..2000 {
+                    let azimuth = azimuth(PI - PI * (f64::from(k) / 2000.0).powi(3));
+                    let ratio = constants.eval(&azimuth).peak / sampler.density(&azimuth, facing);
+                    assert!(ratio < 1.53, "{beta} at {k}: {ratio}");
+                }
+            }
+        }
+    }
+}

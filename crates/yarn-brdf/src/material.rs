@@ -1,0 +1,392 @@
+//! What the shading of one type of yarn needs, worked out once.
+
+use core::f64::consts::PI;
+use std::sync::Arc;
+
+use glam::DVec3;
+use selvedge_normalize::scale::{Mode, ScaleError};
+
+use crate::albedo::Affine;
+use crate::cloth::{Cloth, ClothError, Steep};
+use crate::frame::Vector;
+use crate::noise::MAX_INTENSITY;
+use crate::azimuth::AzimuthSampler;
+use crate::real::Real;
+use crate::reflectance::{Reflectance, Subject, cosine_mean};
+use crate::segment::{Mapping, Optics, normal, shaded_angles};
+use crate::texture::{Target, Texture};
+use crate::yarn::{Diffuse, Yarn};
+
+/// Greatest (w/l) sin u_max: the spine would have no length at 1.
+const STEEPEST: f64 = 0.999;
+
+/// One type of yarn in one precision.
+#[derive(Debug)]
+pub(crate) struct Material<R> {
+    pub(crate) color: [R; 3],
+    /// Of the peak and of the uniform part.
+    pub(crate) specular: [[R; 3]; 2],
+    /// k, the greatest component of `specular`.
+    pub(crate) amount: R,
+    /// Whether k is above 0.
+    pub(crate) has_highlight: bool,
+    pub(crate) opacity: R,
+    /// Segments up to a limit of w/l, and those up to each further limit in turn.
+    bent: (f64, Piece<R>),
+    lowered: Vec<(f64, Piece<R>)>,
+    straight: Piece<R>,
+}
+
+/// What the shading of one kind of segment needs.
+#[derive(Clone, Debug)]
+pub(crate) struct Piece<R> {
+    pub(crate) optics: Optics<R>,
+    pub(crate) sampler: AzimuthSampler,
+    pub(crate) reflectance: Arc<Reflectance>,
+    /// Ē of the unnormalised highlight over w/l.
+    pub(crate) mean: Affine<R>,
+    /// The greatest u_max that segments of this shape have room for, rad.
+    pub(crate) u_max_limit: f64,
+    /// What makes the diffuse by the yarn's normal as bright as it may be; `None` if it is flat.
+    pub(crate) diffuse_scale: Option<R>,
+}
+
+/// What one type of yarn needs in either precision.
+#[derive(Debug)]
+pub(crate) struct Kind {
+    pub(crate) yarn: Yarn,
+    pub(crate) textures: Vec<(Target, Arc<dyn Texture>)>,
+    /// Whether a parameter that shapes the highlight changes from segment to segment.
+    pub(crate) is_reshaped: bool,
+    /// Whether the yarn looks the same everywhere.
+    pub(crate) is_uniform: bool,
+}
+
+/// A type of yarn whose u_max was lowered because its shortest segments are too short to bend so far.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lowered {
+    /// Index of the type of yarn.
+    pub yarn: u16,
+    /// Whether as an end.
+    pub is_warp: bool,
+    /// The greatest width over length of its segments.
+    pub ratio: f64,
+    /// The u_max of the yarn, rad.
+    pub u_max: f64,
+    /// The u_max of its shortest segments, rad.
+    pub lowered_to: f64,
+}
+
+impl core::fmt::Display for Lowered {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let side = if self.is_warp { "warp" } else { "weft" };
+        write!(
+            f,
+            "yarn {}: u_max {:.3} is too steep for {side} segments {:.2} times as wide as long, \
+             lowered to {:.3} rad there",
+            self.yarn, self.u_max, self.ratio, self.lowered_to
+        )
+    }
+}
+
+/// The materials of a cloth.
+#[derive(Debug, Default)]
+pub(crate) struct Materials {
+    pub(crate) kinds: Vec<Kind>,
+    pub(crate) single: Vec<Material<f32>>,
+    pub(crate) double: Vec<Material<f64>>,
+    pub(crate) lowered: Vec<Lowered>,
+}
+
+/// The greatest w/l of the segments of one type of yarn, as warp and as weft; 0 if it has none.
+pub(crate) type Shapes = [f64; 2];
+
+impl Materials {
+    /// The materials of `cloth`, whose parameters have been checked; `shapes` by type of yarn.
+    pub(crate) fn new(
+        cloth: &Cloth,
+        shapes: &[Shapes],
+        straight_shows: bool,
+    ) -> Result<Self, ClothError> {
+        let mut tables =
+            Tables { mapping: cloth.mapping, mode: cloth.normalization, known: vec![] };
+        let mut materials = Self::default();
+        for (index, yarn) in cloth.yarns.iter().enumerate() {
+            let of_yarn = |t: &&crate::texture::Textured| usize::from(t.yarn) == index;
+            let textures: Vec<_> = cloth
+                .textures
+                .iter()
+                .filter(of_yarn)
+                .map(|textured| (textured.target, textured.texture.clone()))
+                .collect();
+            let is_reshaped = yarn.noise.u_max > 0.0
+                || textures.iter().any(
+                    |(target, _)| matches!(target, Target::Parameter(name) if *name != "opacity"),
+                );
+            let noise = &yarn.noise;
+            let kind = Kind {
+                is_uniform: textures.is_empty()
+                    && !is_reshaped
+                    && noise.intensity == 0.0
+                    && noise.color == 0.0,
+                yarn: yarn.clone(),
+                textures,
+                is_reshaped,
+            };
+            let variants = kind.variants();
+            let steepest =
+                variants.iter().map(|variant| shaded_angles(variant, false).0).fold(0.0, f64::max);
+            let limit = STEEPEST / steepest.sin();
+            let widest = shapes[index][0].max(shapes[index][1]);
+            materials.note_steep(cloth, index, yarn, shapes[index], limit)?;
+            let failed = |source| ClothError::Normalization { index, source };
+            let mut bent = vec![{
+                let ratio_max = widest.max(1.0).min(limit);
+                (
+                    limit,
+                    tables.find(&variants, false, ratio_max).map_err(failed)?,
+                    kind.yarn.clone(),
+                )
+            }];
+            // Steps of √2 in shape, each with the inclination that the next allows.
+            let mut reach = limit;
+            while reach < widest {
+                reach *= core::f64::consts::SQRT_2;
+                let u_max = (STEEPEST / reach).asin();
+                let lower = |variant: &Yarn| {
+                    let u_max = variant.u_max.min(u_max);
+                    Yarn { u_max, ..variant.clone() }
+                };
+                let lowered: Vec<Yarn> = variants.iter().map(lower).collect();
+                let table = tables.find(&lowered, false, reach).map_err(failed)?;
+                bent.push((reach, table, lower(yarn)));
+            }
+            let straight = if straight_shows {
+                tables.find(&variants, true, 0.0).map_err(failed)?
+            } else {
+                // Never looked at.
+                bent[0].1.clone()
+            };
+            materials.single.push(material(cloth, yarn, &bent, &straight));
+            materials.double.push(material(cloth, yarn, &bent, &straight));
+            materials.kinds.push(kind);
+        }
+        Ok(materials)
+    }
+
+    /// Records that segments are too short for their yarn's u_max, or refuses them.
+    fn note_steep(
+        &mut self,
+        cloth: &Cloth,
+        index: usize,
+        yarn: &Yarn,
+        shapes: Shapes,
+        limit: f64,
+    ) -> Result<(), ClothError> {
+        for (is_warp, ratio) in [(true, shapes[0]), (false, shapes[1])] {
+            if ratio <= limit {
+                continue;
+            }
+            let lowered = Lowered {
+                yarn: index as u16,
+                is_warp,
+                ratio,
+                u_max: yarn.u_max,
+                lowered_to: (STEEPEST / ratio).asin().min(yarn.u_max),
+            };
+            match cloth.steep {
+                Steep::Lower => self.lowered.push(lowered),
+                Steep::Reject => return Err(ClothError::Steep(lowered)),
+            }
+        }
+        Ok(())
+    }
+}
+
+impl<R> Material<R> {
+    /// The piece for a segment of the shape `ratio` = w/l.
+    #[inline]
+    pub(crate) fn piece(&self, is_straight: bool, ratio: f64) -> &Piece<R> {
+        let (limit, piece) = &self.bent;
+        if is_straight {
+            &self.straight
+        } else if ratio <= *limit {
+            piece
+        } else {
+            self.lowered_piece(ratio)
+        }
+    }
+
+    #[cold]
+    fn lowered_piece(&self, ratio: f64) -> &Piece<R> {
+        let fits = |(limit, _): &&(f64, Piece<R>)| ratio <= *limit;
+        let fitting = self.lowered.iter().find(fits).or(self.lowered.last());
+        fitting.map_or(&self.bent.1, |(_, piece)| piece)
+    }
+}
+
+impl Kind {
+    /// The yarns between which textures and noise move this one: the ends and middles of the ranges
+    /// of up to two parameters, the ends alone of more.
+    fn variants(&self) -> Vec<Yarn> {
+        let mut variants = vec![self.yarn.clone()];
+        let mut ranges: Vec<(&str, [f64; 2])> = self
+            .textures
+            .iter()
+            .filter_map(|(target, texture)| match target {
+                Target::Parameter(name) if *name != "opacity" => {
+                    Some((*name, texture.range().map(f64::from)))
+                }
+                _ => None,
+            })
+            .collect();
+        let amplitude = self.yarn.noise.u_max;
+        if amplitude > 0.0 {
+            let centre = ranges.iter().position(|(name, _)| *name == "u_max");
+            let [low, high] = centre.map_or([self.yarn.u_max; 2], |i| ranges.swap_remove(i).1);
+            ranges.push(("u_max", [low - amplitude, high + amplitude]));
+        }
+        let steps: &[f64] = match ranges.len() {
+            0 | 1 => &[0.0, 0.25, 0.5, 0.75, 1.0],
+            2 => &[0.0, 0.5, 1.0],
+            _ => &[0.0, 1.0],
+        };
+        for (name, [low, high]) in ranges {
+            let Some(parameter) = Yarn::parameter(name) else { continue };
+            let at = |step: &f64| (low + step * (high - low)).clamp(parameter.low, parameter.high);
+            variants = variants
+                .into_iter()
+                .flat_map(|variant| {
+                    steps.iter().map(move |step| {
+                        let mut variant = variant.clone();
+                        parameter.set(&mut variant, at(step));
+                        variant
+                    })
+                })
+                .collect();
+        }
+        variants
+    }
+}
+
+/// The reflectances found so far, so that yarns that differ in colour alone share one.
+struct Tables {
+    mapping: Mapping,
+    mode: Mode,
+    known: Vec<(Vec<Yarn>, bool, f64, Arc<Reflectance>)>,
+}
+
+impl Tables {
+    /// The table that bounds those of all `variants` for shapes up to `ratio_max`.
+    fn find(
+        &mut self,
+        variants: &[Yarn],
+        is_straight: bool,
+        ratio_max: f64,
+    ) -> Result<Arc<Reflectance>, ScaleError> {
+        let neutral = Yarn::default();
+        let key: Vec<Yarn> = variants
+            .iter()
+            .map(|yarn| Yarn {
+                u_max: if is_straight { 0.0 } else { yarn.u_max },
+                psi: yarn.psi,
+                kappa: if is_straight { 0.0 } else { yarn.kappa },
+                smoothing: yarn.smoothing,
+                highlight: yarn.highlight,
+                phase: yarn.phase.clone(),
+                noise: crate::yarn::Noise { intensity: yarn.noise.intensity, ..neutral.noise },
+                ..neutral.clone()
+            })
+            .collect();
+        let is_same = |known: &&(Vec<Yarn>, bool, f64, Arc<Reflectance>)| {
+            known.0 == key && known.1 == is_straight && known.2 == ratio_max
+        };
+        if let Some((.., table)) = self.known.iter().find(is_same) {
+            return Ok(table.clone());
+        }
+        let mut tables = key
+            .iter()
+            .map(|yarn| {
+                let subject = Subject { yarn, is_straight, mapping: self.mapping, ratio_max };
+                Reflectance::new(&subject, self.mode)
+            })
+            .collect::<Result<Vec<_>, _>>()?;
+        let mut table = match tables.len() {
+            1 => tables.remove(0),
+            _ => Reflectance::envelope(&tables),
+        };
+        if self.mode == Mode::Pointwise {
+            // A grain may be that much brighter than the mean.
+            let strength = key.iter().map(|yarn| yarn.noise.intensity).fold(0.0, f64::max);
+            table.scale_divisors(1.0 - strength + strength * MAX_INTENSITY);
+        }
+        let table = Arc::new(table);
+        self.known.push((key, is_straight, ratio_max, table.clone()));
+        Ok(table)
+    }
+}
+
+fn material<R: Real>(
+    cloth: &Cloth,
+    yarn: &Yarn,
+    bent: &[(f64, Arc<Reflectance>, Yarn)],
+    straight: &Arc<Reflectance>,
+) -> Material<R> {
+    let color = |c: [f32; 3]| c.map(|component| R::from_f64(component.into()));
+    let piece = |yarn: &Yarn, limit: f64, is_straight: bool, table: &Arc<Reflectance>| Piece {
+        u_max_limit: (STEEPEST / limit).min(1.0).asin(),
+        optics: Optics::new(yarn, is_straight, cloth.mapping),
+        sampler: AzimuthSampler::new(&yarn.phase),
+        reflectance: table.clone(),
+        mean: Affine { base: R::from_f64(table.mean.base), slope: R::from_f64(table.mean.slope) },
+        diffuse_scale: (yarn.diffuse == Diffuse::YarnNormal)
+            .then(|| R::from_f64(yarn_normal_scale(yarn, is_straight, cloth))),
+    };
+    let bent_piece = |(limit, table, yarn): &(f64, Arc<Reflectance>, Yarn)| {
+        (*limit, piece(yarn, *limit, false, table))
+    };
+    Material {
+        color: color(yarn.color),
+        specular: yarn.specular_colors().map(color),
+        amount: R::from_f64(yarn.specular_amount().into()),
+        opacity: R::from_f64(yarn.opacity),
+        has_highlight: yarn.specular_amount() > 0.0,
+        bent: bent_piece(&bent[0]),
+        lowered: bent[1..].iter().map(bent_piece).collect(),
+        straight: piece(yarn, 1.0, true, straight),
+    }
+}
+
+/// 1 over the greatest albedo, over directions, of `(n·wi)(n·wo)/π` averaged over a segment; 1 where
+/// no point may reflect more than it receives.
+fn yarn_normal_scale(yarn: &Yarn, is_straight: bool, cloth: &Cloth) -> f64 {
+    if cloth.normalization == Mode::Pointwise {
+        return 1.0;
+    }
+    let optics = Optics::<f64>::new(yarn, is_straight, cloth.mapping);
+    let side = 24;
+    let at = |k: usize| 2.0 * (k as f64 + 0.5) / side as f64 - 1.0;
+    let points: Vec<(Vector<f64>, f64)> = (0..side * side)
+        .map(|i| {
+            let (sin_u, cos_u, _) = optics.along(at(i % side));
+            let (sin_v, cos_v, _) = optics.across(at(i / side));
+            let n = normal(sin_u, cos_u, sin_v, cos_v);
+            (n, cosine_mean(0.25, |wi| n.dot(wi).max(0.0)))
+        })
+        .collect();
+    let albedo = |wo: DVec3| {
+        let wo = Vector::new(wo.x, wo.y, wo.z);
+        let sum: f64 = points.iter().map(|(n, received)| n.dot(wo).max(0.0) * received).sum();
+        sum / points.len() as f64
+    };
+    let mut greatest: f64 = 0.0;
+    for i in 0..24 {
+        let (sin, cos) = (0.5 * PI * f64::from(i) / 24.0).sin_cos();
+        for j in 0..24 {
+            let (y, x) = (2.0 * PI * f64::from(j) / 24.0).sin_cos();
+            greatest = greatest.max(albedo(DVec3::new(sin * x, sin * y, cos)));
+        }
+    }
+    // The sums over points and directions are that close.
+    0.99 / greatest
+}

@@ -1,0 +1,181 @@
+//! `Place`: what shows at a position of the cloth, with every irregularity and texture applied.
+
+use glam::DVec2;
+
+use crate::azimuth::AzimuthSampler;
+use crate::material::{Kind, Material, Piece};
+use crate::noise::{Line, Use};
+use crate::real::Real;
+use crate::segment::Optics;
+use crate::shader::Shader;
+use crate::texture::Target;
+use crate::threads::{Constant, Fill, Moving};
+use crate::weave::{Position, Segment, Side, Touching};
+use crate::yarn::Yarn;
+
+/// What shows at a position, ready to be shaded.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Place<'a, R> {
+    pub(crate) segment: Segment,
+    /// Index of the type of yarn.
+    pub(crate) yarn: usize,
+    pub(crate) piece: &'a Piece<R>,
+    /// x and y in [−1, 1], and w/l.
+    pub(crate) at: [R; 3],
+    pub(crate) color: [R; 3],
+    /// Of the peak and of the uniform part.
+    pub(crate) specular: [[R; 3]; 2],
+    /// k, the greatest component of the specular colours of the type.
+    pub(crate) amount: R,
+    /// Whether k is above 0: then there is a highlight to compute.
+    pub(crate) has_highlight: bool,
+    pub(crate) opacity: R,
+    /// Factor of the highlight's irregularity.
+    pub(crate) intensity: R,
+}
+
+impl Shader {
+    /// What `look` makes of the place that `side` shows at `uv` (m); `None` in a gap or where `uv` is
+    /// not finite.
+    #[inline(always)]
+    pub(crate) fn with_place<R: Real, T>(
+        &self,
+        materials: &[Material<R>],
+        uv: DVec2,
+        side: Side,
+        look: impl FnOnce(&Place<'_, R>) -> T,
+    ) -> Option<T> {
+        if !uv.is_finite() {
+            return None;
+        }
+        let position = Position::new(self.frame.cells(uv));
+        // One copy for each way to fill the pitch, so that what is not needed is left out.
+        let segment = match &self.threads.fill {
+            Fill::Touching => self.weave.segment_at(side, position, &Touching),
+            Fill::Constant(sizes) => {
+                let sizes = Constant { threads: &self.threads, sizes };
+                self.weave.segment_at(side, position, &sizes)
+            }
+            Fill::Varying { seed, types } => {
+                let sizes = Moving { threads: &self.threads, seed: *seed, types };
+                self.weave.segment_at(side, position, &sizes)
+            }
+        }?;
+        let yarn = usize::from(self.threads.yarn(&segment));
+        let ratio = self.shape(&segment);
+        let material = &materials[yarn];
+        let place = Place {
+            segment,
+            yarn,
+            piece: material.piece(segment.is_straight(), ratio),
+            at: [segment.x, segment.y, ratio].map(R::from_f64),
+            color: material.color,
+            specular: material.specular,
+            amount: material.amount,
+            has_highlight: material.has_highlight,
+            opacity: material.opacity,
+            intensity: R::one(),
+        };
+        let kind = &self.materials.kinds[yarn];
+        if kind.is_uniform {
+            Some(look(&place))
+        } else {
+            Some(self.with_irregular(kind, place, uv, position, look))
+        }
+    }
+
+    /// Width over length of a segment in metres; 0 for a straight piece, which has no curvature to
+    /// change.
+    #[inline]
+    fn shape(&self, segment: &Segment) -> f64 {
+        if segment.is_straight() {
+            return 0.0;
+        }
+        segment.width * self.frame.aspects[usize::from(segment.is_warp)] / segment.length
+    }
+
+    /// What `look` makes of `place` once textures and noise have changed it.
+    #[inline(never)]
+    fn with_irregular<R: Real, T>(
+        &self,
+        kind: &Kind,
+        mut place: Place<'_, R>,
+        uv: DVec2,
+        position: Position,
+        look: impl FnOnce(&Place<'_, R>) -> T,
+    ) -> T {
+        let segment = place.segment;
+        let line = Line { seed: self.seed, is_warp: segment.is_warp, index: segment.line };
+        let noise = &kind.yarn.noise;
+        let color = |c: [f32; 3]| c.map(|value| R::from_f64(f64::from(value).clamp(0.0, 1.0)));
+        for (target, texture) in &kind.textures {
+            match *target {
+                Target::Color => place.color = color(texture.value(uv, 0.0)),
+                Target::Specular => {
+                    place.specular[0] = color(texture.value(uv, 0.0));
+                    if kind.yarn.specular_uniform.is_none() {
+                        place.specular[1] = place.specular[0];
+                    }
+                }
+                Target::Parameter("opacity") => {
+                    let value = texture.value(self.middle(&segment), 0.0)[0];
+                    place.opacity = R::from_f64(f64::from(value).clamp(0.0, 1.0));
+                }
+                Target::Parameter(_) => {}
+            }
+        }
+        if noise.intensity > 0.0 {
+            let axis = usize::from(segment.is_warp);
+            let fraction = position.fraction[axis];
+            // Whole grains along each cell, so that equal cells and fractions give equal grains.
+            let grains = noise.fineness.round();
+            let along = (position.cell[axis].wrapping_mul(grains as i64))
+                .wrapping_add((fraction * grains) as i64);
+            let across = (0.5 * (segment.x + 1.0) * grains) as i64;
+            let factor = 1.0 - noise.intensity + noise.intensity * line.intensity(along, across);
+            place.intensity = R::from_f64(factor);
+        }
+        if noise.color > 0.0 {
+            let factor = R::from_f64(1.0 + noise.color * line.signed(Use::Lightness, 0));
+            place.color = place.color.map(|value| (value * factor).min(R::one()));
+        }
+        if kind.is_reshaped {
+            let piece = self.reshaped(kind, &place, line);
+            look(&Place { piece: &piece, ..place })
+        } else {
+            look(&place)
+        }
+    }
+
+    /// The piece that textures and noise make of that of `place`.
+    #[cold]
+    fn reshaped<R: Real>(&self, kind: &Kind, place: &Place<'_, R>, line: Line) -> Piece<R> {
+        let segment = &place.segment;
+        let middle = self.middle(segment);
+        let mut yarn = kind.yarn.clone();
+        for (target, texture) in &kind.textures {
+            let Target::Parameter(name) = *target else { continue };
+            let Some(parameter) = Yarn::parameter(name) else { continue };
+            let value = f64::from(texture.value(middle, 0.0)[0]);
+            parameter.set(&mut yarn, value.clamp(parameter.low, parameter.high));
+        }
+        let amplitude = yarn.noise.u_max;
+        if amplitude > 0.0 {
+            let change = amplitude * line.signed(Use::Inclination, segment.first);
+            yarn.u_max = (yarn.u_max + change).clamp(0.0, 1.5);
+        }
+        // Never steeper than the piece it replaces allows.
+        yarn.u_max = yarn.u_max.min(place.piece.u_max_limit);
+        let optics = Optics::new(&yarn, segment.is_straight(), self.mapping);
+        let sampler = AzimuthSampler::new(&yarn.phase);
+        Piece { optics, sampler, ..place.piece.clone() }
+    }
+
+    /// The middle of a segment, m along the cloth.
+    fn middle(&self, segment: &Segment) -> DVec2 {
+        let across = segment.line as f64 + 0.5;
+        let along = segment.first as f64 + 0.5 * f64::from(segment.crossings.max(1));
+        let (u, v) = if segment.is_warp { (across, along) } else { (along, across) };
+        self.frame.uv(DVec2::new(u, v))
+    }
+}

@@ -1,0 +1,185 @@
+//! The threads of a cloth: the type of each, and how much of its pitch it fills where.
+
+use crate::cloth::Cloth;
+use crate::material::Shapes;
+use crate::noise::{Line, Use};
+use crate::weave::{Local, Position, Segment, Side, Sizes, ThreadPoint, Touching};
+use crate::yarn::Noise;
+
+/// The threads of one repeat.
+#[derive(Clone, Debug)]
+pub(crate) struct Threads {
+    /// Index of the type of yarn, by end and by pick.
+    end_yarns: Vec<u16>,
+    pick_yarns: Vec<u16>,
+    pub(crate) fill: Fill,
+}
+
+/// How much of its pitch a thread fills.
+#[derive(Clone, Debug)]
+pub(crate) enum Fill {
+    /// All of it.
+    Touching,
+    /// A constant share, by type of yarn.
+    Constant(Vec<f64>),
+    /// A share that changes along the thread.
+    Varying { seed: u64, types: Vec<Varying> },
+}
+
+/// How the diameter and place of one type of yarn change.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Varying {
+    size: f64,
+    noise: Noise,
+    /// Wavelengths, and half lengths of a thick place, per cell along a pick and along an end.
+    waves_per_cell: [f64; 2],
+    slubs_per_cell: [f64; 2],
+    /// Chance of a thick place in half the length of one.
+    chance: f64,
+}
+
+impl Threads {
+    pub(crate) fn new(cloth: &Cloth) -> Self {
+        let yarns = &cloth.yarns;
+        let fill = if yarns.iter().any(|yarn| yarn.noise.moves_threads()) {
+            // Along a pick a cell is as long as the pitch of the ends.
+            let lengths = [cloth.pitch.x, cloth.pitch.y].map(|pitch| pitch / cloth.scale);
+            let types = yarns.iter().map(|yarn| {
+                let noise = yarn.noise;
+                let half_slub = 0.5 * noise.slub_length;
+                Varying {
+                    size: yarn.size,
+                    noise,
+                    waves_per_cell: lengths.map(|length| length / noise.wavelength),
+                    slubs_per_cell: lengths.map(|length| length / half_slub),
+                    chance: (noise.slub_rate * half_slub).min(1.0),
+                }
+            });
+            Fill::Varying { seed: cloth.seed, types: types.collect() }
+        } else if yarns.iter().all(|yarn| yarn.size == 1.0) {
+            Fill::Touching
+        } else {
+            Fill::Constant(yarns.iter().map(|yarn| yarn.size).collect())
+        };
+        Self { end_yarns: cloth.end_yarns.clone(), pick_yarns: cloth.pick_yarns.clone(), fill }
+    }
+
+    /// Whether anything shows between the threads.
+    pub(crate) fn have_gaps(&self) -> bool {
+        !matches!(self.fill, Fill::Touching)
+    }
+
+    /// The type of yarn of a segment.
+    #[inline]
+    pub(crate) fn yarn(&self, segment: &Segment) -> u16 {
+        self.yarn_of(segment.is_warp, segment.thread)
+    }
+
+    #[inline(always)]
+    fn yarn_of(&self, is_warp: bool, thread: u32) -> u16 {
+        let yarns = if is_warp { &self.end_yarns } else { &self.pick_yarns };
+        yarns[thread as usize]
+    }
+
+    /// The greatest w/l, in metres, of the bent segments of each type of yarn, at most.
+    pub(crate) fn shapes(&self, cloth: &Cloth) -> Vec<Shapes> {
+        let aspect = cloth.pitch.x / cloth.pitch.y;
+        // A segment is at least one crossing long.
+        let most = |index: usize, aspect: f64| self.greatest_size(index, cloth) * aspect;
+        let mut shapes: Vec<Shapes> =
+            (0..cloth.yarns.len()).map(|i| [most(i, aspect), most(i, 1.0 / aspect)]).collect();
+        if shapes.iter().flatten().all(|&ratio| ratio <= 1.0) {
+            return shapes;
+        }
+        // Only where that may be too steep is it worth looking for the shortest runs.
+        let mut runs = vec![[u32::MAX; 2]; cloth.yarns.len()];
+        for side in [Side::Face, Side::Back] {
+            for pick in 0..i64::from(cloth.weave.picks()) {
+                for end in 0..i64::from(cloth.weave.ends()) {
+                    let middle = Position { cell: [end, pick], fraction: [0.5; 2] };
+                    let top = cloth.weave.segment_at(side, middle, &Touching);
+                    if let Some(segment) = top.filter(|segment| !segment.is_straight()) {
+                        let yarn = usize::from(self.yarn(&segment));
+                        let run = &mut runs[yarn][usize::from(!segment.is_warp)];
+                        *run = segment.crossings.min(*run);
+                    }
+                }
+            }
+        }
+        for (shapes, runs) in shapes.iter_mut().zip(runs) {
+            for (shape, run) in shapes.iter_mut().zip(runs) {
+                *shape = if run == u32::MAX { 0.0 } else { *shape / f64::from(run) };
+            }
+        }
+        shapes
+    }
+
+    fn greatest_size(&self, index: usize, cloth: &Cloth) -> f64 {
+        match &self.fill {
+            Fill::Varying { .. } => 1.0,
+            Fill::Touching | Fill::Constant(_) => cloth.yarns[index].size,
+        }
+    }
+}
+
+/// [`Fill::Constant`].
+pub(crate) struct Constant<'a> {
+    pub(crate) threads: &'a Threads,
+    pub(crate) sizes: &'a [f64],
+}
+
+impl Sizes for Constant<'_> {
+    #[inline(always)]
+    fn at(&self, point: ThreadPoint) -> Local {
+        let yarn = self.threads.yarn_of(point.is_warp, point.thread);
+        Local { size: self.sizes[usize::from(yarn)], offset: 0.0 }
+    }
+}
+
+/// [`Fill::Varying`].
+pub(crate) struct Moving<'a> {
+    pub(crate) threads: &'a Threads,
+    pub(crate) seed: u64,
+    pub(crate) types: &'a [Varying],
+}
+
+impl Sizes for Moving<'_> {
+    fn at(&self, point: ThreadPoint) -> Local {
+        let yarn = self.threads.yarn_of(point.is_warp, point.thread);
+        let line = Line { seed: self.seed, is_warp: point.is_warp, index: point.line };
+        self.types[usize::from(yarn)].at(line, point)
+    }
+}
+
+impl Varying {
+    /// Diameter and shift of the thread `line` at `point`.
+    fn at(&self, line: Line, point: ThreadPoint) -> Local {
+        let axis = usize::from(point.is_warp);
+        // In whole steps of noise and a rest, so that nothing is lost far from the origin: the
+        // product of the whole part is exact enough in f64 up to 10⁹ repeats.
+        let split = |per_cell: f64| {
+            let position = (point.cell as f64 + point.fraction) * per_cell;
+            let whole = position.floor();
+            (whole as i64, position - whole)
+        };
+        let noise = &self.noise;
+        let mut size = self.size;
+        if noise.width > 0.0 {
+            let (cell, fraction) = split(self.waves_per_cell[axis]);
+            size *= 1.0 + noise.width * line.gradient(Use::Width, cell, fraction);
+        }
+        if self.chance > 0.0 && noise.slub_height > 0.0 {
+            let (cell, fraction) = split(self.slubs_per_cell[axis]);
+            size *= 1.0 + noise.slub_height * line.slub(self.chance, cell, fraction);
+        }
+        let size = size.clamp(0.01, 1.0);
+        let mut offset = 0.0;
+        if noise.offset > 0.0 {
+            let (cell, fraction) = split(self.waves_per_cell[axis]);
+            let room = 0.5 * (1.0 - size);
+            let shift = noise.offset * self.size * line.gradient(Use::Offset, cell, fraction);
+            offset = shift.clamp(-room, room);
+        }
+        Local { size, offset }
+    }
+}

@@ -1,0 +1,110 @@
+//! Positions on the cloth, as exact at any distance as near the origin.
+
+use glam::DVec2;
+
+/// A position on the cloth: a cell and the place in it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Position {
+    /// End and pick, any integers: the weave repeats.
+    pub cell: [i64; 2],
+    /// Distance along u and v from the cell's corner, in cells, in [0, 1).
+    pub fraction: [f64; 2],
+}
+
+impl Position {
+    /// The position at (u, v) = `cells`, in cells.
+    ///
+    /// A coordinate that is not finite or beyond ±2⁶³ gives some position, as good as any other.
+    #[must_use]
+    pub fn new(cells: DVec2) -> Self {
+        let ((end, u), (pick, v)) = (split(cells.x), split(cells.y));
+        Self { cell: [end, pick], fraction: [u, v] }
+    }
+}
+
+/// The largest integer up to `x`, and the rest in [0, 1).
+///
+/// Not by `f64::floor`, which is a function call on processors without SSE 4.1.
+fn split(x: f64) -> (i64, f64) {
+    // Towards zero; out of range, the nearest integer there is.
+    let whole = x as i64;
+    let floor = whole.wrapping_sub((x < whole as f64).into());
+    let rest = x - floor as f64;
+    // A rest that was rounded up to 1 stays below it, as does the rest of a number out of range.
+    (floor, if (0.0..1.0).contains(&rest) { rest } else { 1.0 - 0.5 * f64::EPSILON })
+}
+
+/// A number of threads after which the weave repeats.
+///
+/// Divides by multiplying (Lemire, Kaser & Kurz 2019, *Faster remainder by direct computation*),
+/// exact for 32-bit integers; a 64-bit division would take longer than the rest of a query.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Period {
+    count: u32,
+    /// A multiple of `count` near 2³¹, which makes cells above −2³¹ positive.
+    shift: i64,
+    /// 2⁶⁴ / `count`, rounded up, modulo 2⁶⁴.
+    reciprocal: u64,
+}
+
+impl Period {
+    /// The period of `count` ≥ 1 threads.
+    pub(super) fn new(count: u32) -> Self {
+        let shift = (1 << 31) / i64::from(count) * i64::from(count);
+        Self { count, shift, reciprocal: (u64::MAX / u64::from(count)).wrapping_add(1) }
+    }
+
+    pub(super) fn count(self) -> u32 {
+        self.count
+    }
+
+    /// `cell` modulo the period.
+    pub(super) fn wrap(self, cell: i64) -> u32 {
+        let Ok(shifted) = u32::try_from(cell.wrapping_add(self.shift)) else {
+            return cell.rem_euclid(self.count.into()) as u32;
+        };
+        let fraction = self.reciprocal.wrapping_mul(shifted.into());
+        ((u128::from(fraction) * u128::from(self.count)) >> 64) as u32
+    }
+
+    /// The thread `steps` after `thread`, within one period of it.
+    pub(super) fn shift(self, thread: u32, steps: i64) -> u32 {
+        let (count, shifted) = (i64::from(self.count), i64::from(thread) + steps);
+        let wrapped = if shifted < 0 {
+            shifted + count
+        } else if shifted >= count {
+            shifted - count
+        } else {
+            shifted
+        };
+        wrapped as u32
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn period_wraps_every_cell() {
+        let edges = [0, 1 << 31, -(1 << 31), 1 << 32, 1 << 53, i64::MAX, i64::MIN];
+        for count in [1, 2, 3, 7, 64, 299, 65_537, (1 << 28) - 1, 1 << 28, u32::MAX] {
+            let period = Period::new(count);
+            for edge in edges {
+                for step in [-1_000_003, -2, -1, 0, 1, 2, 299, 1_000_003] {
+                    let cell = i64::wrapping_add(edge, step);
+                    let expected = cell.rem_euclid(count.into());
+                    assert_eq!(i64::from(period.wrap(cell)), expected, "{cell} modulo {count}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn position_just_below_a_cell_is_not_in_the_next() {
+        let position = Position::new(DVec2::new(-1e-20, 3.0));
+        assert_eq!(position.cell, [-1, 3]);
+        assert!(position.fraction[0] < 1.0, "{position:?}");
+        assert_eq!(position.fraction[1], 0.0);
+    }
+}
