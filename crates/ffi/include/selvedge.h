@@ -170,7 +170,7 @@ selvedge_status selvedge_draft_new(const uint8_t *bytes,
 void selvedge_draft_free(selvedge_draft *draft);
 
 /**
- * Prepares the cloth of `draft`, woven from yarn with the default parameters, into `*shader`,
+ * Prepares the cloth of `draft`, woven from the yarn of a default fabric, into `*shader`,
  * which the caller frees with `selvedge_shader_free`.
  *
  * Colours, spacing and thickness of the threads are those of the draft. All work that does not

@@ -4,7 +4,7 @@ use std::ffi::c_char;
 
 use glam::{DVec2, Vec3};
 use selvedge_wif::Drawdown;
-use selvedge_yarn_brdf::{Cloth, ClothError, Thread, Weave, Yarn};
+use selvedge_yarn_brdf::{Cloth, ClothError, Fabric, Thread, Weave};
 
 use crate::draft::Draft;
 use crate::status::{Failure, Message, Status};
@@ -16,7 +16,7 @@ use crate::{guard, non_null};
 #[derive(Debug)]
 pub struct Shader(selvedge_yarn_brdf::Shader);
 
-/// Prepares the cloth of `draft`, woven from yarn with the default parameters, into `*shader`,
+/// Prepares the cloth of `draft`, woven from the yarn of a default fabric, into `*shader`,
 /// which the caller frees with `selvedge_shader_free`.
 ///
 /// Colours, spacing and thickness of the threads are those of the draft. All work that does not
@@ -52,7 +52,7 @@ pub unsafe extern "C" fn selvedge_shader_new(
     })
 }
 
-/// The cloth of a drawdown: end for end and pick for pick, in yarn with the default parameters.
+/// The cloth of a drawdown: end for end and pick for pick, in the default fabric.
 fn cloth(drawdown: &Drawdown) -> Result<Cloth, ClothError> {
     // A draft counts its threads in `u32`.
     let (ends, picks) = (drawdown.ends() as u32, drawdown.picks() as u32);
@@ -60,12 +60,13 @@ fn cloth(drawdown: &Drawdown) -> Result<Cloth, ClothError> {
         Weave::new(ends, picks, |end, pick| drawdown.warp_on_top(end as usize, pick as usize))?;
     let thread = |thread: &selvedge_wif::Thread| Thread {
         color: thread.color.linear(),
+        color_number: thread.color_number,
         pitch: thread.pitch,
         diameter: thread.diameter,
     };
     let ends: Vec<_> = (0..drawdown.ends()).map(|end| thread(drawdown.end(end))).collect();
     let picks: Vec<_> = (0..drawdown.picks()).map(|pick| thread(drawdown.pick(pick))).collect();
-    Cloth::from_threads(weave, &ends, &picks, Yarn::default())
+    Fabric::default().cloth(weave, &ends, &picks)
 }
 
 /// Frees a shader; NULL is nothing to free.

@@ -71,22 +71,26 @@ const MAX_BYTES: u64 = 1 << 28;
 ///
 /// [`DraftError`] when there is no readable file.
 pub fn read(path: &Path) -> Result<DraftFile, DraftError> {
+    Ok(DraftFile::new(name(path), &read_bytes(path)?))
+}
+
+/// The bytes of the file at `path`, or of standard input for `-`.
+///
+/// # Errors
+///
+/// As for [`read`].
+pub fn read_bytes(path: &Path) -> Result<Vec<u8>, DraftError> {
     let name = name(path);
-    let bytes = if is_stdin(path) { read_bytes(io::stdin()) } else { read_file(path) };
-    let bytes = match bytes {
-        Ok(bytes) => bytes,
-        Err(error) if error.kind() == io::ErrorKind::NotFound => {
-            return Err(DraftError::NotFound { name });
-        }
+    let bytes = if is_stdin(path) { read_some(io::stdin()) } else { read_file(path) };
+    match bytes {
+        Ok(bytes) if bytes.len() as u64 > MAX_BYTES => Err(DraftError::TooLarge { name }),
+        Ok(bytes) => Ok(bytes),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Err(DraftError::NotFound { name }),
         Err(error) if error.kind() == io::ErrorKind::IsADirectory => {
-            return Err(DraftError::Folder { name });
+            Err(DraftError::Folder { name })
         }
-        Err(source) => return Err(DraftError::Unreadable { name, source }),
-    };
-    if bytes.len() as u64 > MAX_BYTES {
-        return Err(DraftError::TooLarge { name });
+        Err(source) => Err(DraftError::Unreadable { name, source }),
     }
-    Ok(DraftFile { name, parse: selvedge_wif::parse(&bytes) })
 }
 
 /// What messages call the file at `path`.
@@ -99,6 +103,11 @@ fn is_stdin(path: &Path) -> bool {
 }
 
 impl DraftFile {
+    /// The file of these bytes, which messages call `name`.
+    pub fn new(name: String, bytes: &[u8]) -> Self {
+        Self { name, parse: selvedge_wif::parse(bytes) }
+    }
+
     /// The file's name for messages.
     pub fn name(&self) -> &str {
         &self.name
@@ -210,11 +219,11 @@ fn read_file(path: &Path) -> io::Result<Vec<u8>> {
     if file.metadata()?.is_dir() {
         return Err(io::ErrorKind::IsADirectory.into());
     }
-    read_bytes(file)
+    read_some(file)
 }
 
 /// No more than it takes to see that it is too much.
-fn read_bytes(reader: impl Read) -> io::Result<Vec<u8>> {
+fn read_some(reader: impl Read) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     reader.take(MAX_BYTES + 1).read_to_end(&mut bytes)?;
     Ok(bytes)

@@ -1,8 +1,9 @@
-//! Renders woven cloth from a WIF draft: the library behind the program `selvedge`.
+//! Renders woven cloth from a WIF draft or a fabric: the library behind the program `selvedge`.
 //!
 //! ```text
-//! DRAFT.wif ──draft──▶ Drawdown ──fabric──▶ Cloth ──▶ Shader ─┐
-//!                             scene::drape, scene::light ─────┴▶ Scene ──render──▶ Film ──image──▶ PNG, EXR
+//! DRAFT.wif ──draft──▶ Drawdown ─┬─▶ Cloth ──▶ Shader ─┐
+//! FABRIC.json ──fabric──▶ Fabric ┘                      │
+//!         scene::drape, scene::swatch, scene::light ────┴▶ Scene ──render──▶ Film ──image──▶ PNG, EXR
 //! ```
 //!
 //! [`command::draft`] looks at drafts alone, without cloth.
@@ -47,6 +48,7 @@ pub enum Outcome {
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     match &arguments.command {
         Command::Render(options) => command::render::run(options).map(|()| Outcome::Done),
+        Command::Swatch(options) => command::swatch::run(options).map(|()| Outcome::Done),
         Command::Draft(command) => command::draft::run(command),
     }
 }

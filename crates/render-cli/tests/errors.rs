@@ -293,3 +293,9 @@ fn killed_program_leaves_no_file() {
     child.wait().unwrap();
     assert_eq!(listing(folder.path()), before);
 }
+
+#[test]
+fn swatch_of_no_width() {
+    let message = "invalid value '0' for '--mm <WIDTH>': expected a number from 0.1 to 1000";
+    check_usage("swatch good.wif -o out.png --mm 0", message);
+}

@@ -19,10 +19,14 @@ fn fixture(name: &str) -> PathBuf {
 
 /// The bytes of the picture that the program draws.
 fn render(draft: &Path, output: &str, options: &str) -> Vec<u8> {
+    draw("render", draft, output, options)
+}
+
+fn draw(command: &str, draft: &Path, output: &str, options: &str) -> Vec<u8> {
     let folder = tempfile::tempdir().unwrap();
     let result = Command::new(env!("CARGO_BIN_EXE_selvedge"))
         .current_dir(folder.path())
-        .arg("render")
+        .arg(command)
         .arg(draft)
         .args(["-q", "-o", output])
         .args(options.split_whitespace())
@@ -182,4 +186,37 @@ fn colours_of_picks_go_from_near_to_far() {
     let found =
         corners(&draft(&colors, |pick| [twill(1, pick, false), twill(5, pick, false)].concat()));
     assert!(found[0] < -30.0 && found[1] < -30.0 && found[2] > 30.0, "{found:?}");
+}
+
+/// Mean red less mean blue of the lower left, lower right and upper left quarter of a swatch that
+/// shows the whole of a draft.
+fn quarters(draft: &str, options: &str) -> [f32; 3] {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("draft.wif");
+    fs::write(&path, draft).unwrap();
+    let options = format!("--mm {COUNT} --size 40x40 --spp 8 {options}");
+    let png = draw("swatch", &path, "out.png", &options);
+    let picture = image::load_from_memory(&png).unwrap().into_rgb8();
+    // u = v = 0 is a sixth of the width above the lower edge of a square picture.
+    [(2, 25), (30, 25), (2, 8)].map(|(x, y)| {
+        let mut sum = 0.0;
+        for (dx, dy) in (0..8).flat_map(|dx| (0..8).map(move |dy| (dx, dy))) {
+            let [red, _, blue] = picture.get_pixel(x + dx, y + dy).0.map(f32::from);
+            sum += red - blue;
+        }
+        sum / 64.0
+    })
+}
+
+#[test]
+fn swatch_shows_first_end_and_pick_at_the_lower_left_and_its_back_turned_over() {
+    // Red warp is on top where the first ends cross the first picks, blue weft elsewhere.
+    let lifts = |pick| [twill(1, pick, pick <= THIRD), twill(5, pick, false)].concat();
+    for light in ["raking", "top"] {
+        let found = quarters(&draft("", lifts), &format!("--light {light}"));
+        assert!(found[0] > 30.0 && found[1] < -30.0 && found[2] < -30.0, "{found:?}");
+    }
+    // On the back the weft shows there, now at the right, and the warp elsewhere.
+    let found = quarters(&draft("", lifts), "--back");
+    assert!(found[0] > 30.0 && found[1] < -30.0 && found[2] > 30.0, "{found:?}");
 }

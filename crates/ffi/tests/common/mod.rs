@@ -4,7 +4,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use glam::{DVec2, Vec3};
-use selvedge_yarn_brdf::{Cloth, Shader, Thread, Weave, Yarn};
+use selvedge_yarn_brdf::{Fabric, Shader, Thread, Weave};
 
 /// Path of a file among the fixtures of the workspace.
 pub(crate) fn fixture(name: &str) -> PathBuf {
@@ -26,18 +26,20 @@ pub(crate) fn shader(name: &str) -> Shader {
     });
     let end = |end| Thread {
         color: drawdown.end_color(end).linear(),
+        color_number: drawdown.end_color_number(end),
         pitch: drawdown.end_pitch(end),
         diameter: drawdown.end_diameter(end),
     };
     let pick = |pick| Thread {
         color: drawdown.pick_color(pick).linear(),
+        color_number: drawdown.pick_color_number(pick),
         pitch: drawdown.pick_pitch(pick),
         diameter: drawdown.pick_diameter(pick),
     };
     let ends: Vec<_> = (0..ends).map(end).collect();
     let picks: Vec<_> = (0..picks).map(pick).collect();
     let weave = weave.expect("the fixture is a weave");
-    let cloth = Cloth::from_threads(weave, &ends, &picks, Yarn::default());
+    let cloth = Fabric::default().cloth(weave, &ends, &picks);
     cloth.and_then(|cloth| cloth.prepare()).expect("the fixture is a cloth")
 }
 

@@ -13,7 +13,11 @@ use thiserror::Error;
 pub use self::draft::{
     ConvertOptions, DraftCommand, DrawdownOptions, Form, InfoOptions, LintOptions, RewriteOptions,
 };
-use crate::{image::Format, render::film::Size, render::sampler::MAX_SAMPLES};
+use crate::{
+    image::Format,
+    render::{film::Size, sampler::MAX_SAMPLES},
+    scene::swatch::Light,
+};
 
 /// Renders woven cloth from a weaver's draft.
 #[derive(Clone, Debug, Parser)]
@@ -27,7 +31,7 @@ pub struct Arguments {
 /// What to do.
 #[derive(Clone, Debug, Subcommand)]
 pub enum Command {
-    /// Draws the cloth of a draft, draped over a rounded form
+    /// Draws the cloth of a draft or a fabric, draped over a rounded form
     ///
     /// The face of the cloth is up. End 1 is at the left edge of the cloth and pick 1 at its near
     /// edge, as in a drawdown that starts at the bottom left; from there the draft repeats to the
@@ -37,6 +41,14 @@ pub enum Command {
     /// Exit codes: 0 done, 1 failed, 2 wrong command line. What fails leaves no output behind.
     Render(RenderOptions),
 
+    /// Draws a small piece of the cloth, flat and from above, so that its threads can be seen
+    ///
+    /// End 1 is at the left edge and pick 1 at the lower one. The light comes from the upper left,
+    /// and a grey card lies below the cloth.
+    ///
+    /// Exit codes as for selvedge render.
+    Swatch(SwatchOptions),
+
     /// Tells about, checks, draws and rewrites a draft
     #[command(subcommand)]
     Draft(DraftCommand),
@@ -45,9 +57,9 @@ pub enum Command {
 /// Arguments of `selvedge render`.
 #[derive(Clone, Debug, Args)]
 pub struct RenderOptions {
-    /// The draft, a WIF file; - reads standard input
-    #[arg(value_name = "DRAFT")]
-    pub draft: PathBuf,
+    /// The cloth: a draft (WIF) or a fabric (JSON, which names a draft); - reads standard input
+    #[arg(value_name = "CLOTH")]
+    pub cloth: PathBuf,
 
     /// Where the picture goes: .png (sRGB) or .exr (linear radiance)
     #[arg(short, long, value_name = "FILE", value_parser = PathBufValueParser::new().try_map(Output::new))]
@@ -72,6 +84,31 @@ pub struct RenderOptions {
     /// No warnings, progress or summary; errors are still told
     #[arg(short, long)]
     pub quiet: bool,
+}
+
+/// Arguments of `selvedge swatch`.
+#[derive(Clone, Debug, Args)]
+pub struct SwatchOptions {
+    /// What is drawn how well.
+    #[command(flatten)]
+    pub render: RenderOptions,
+
+    /// Width of the piece in millimetres, 0.1 to 1000
+    #[arg(long, value_name = "WIDTH", default_value_t = 20.0, value_parser = width_mm)]
+    pub mm: f32,
+
+    /// Where the light stands
+    #[arg(long, value_enum, default_value_t = Light::Raking)]
+    pub light: Light,
+
+    /// The other face, turned over like a page: end 1 is at the right
+    #[arg(long)]
+    pub back: bool,
+}
+
+fn width_mm(text: &str) -> Result<f32, String> {
+    let width = text.parse().ok().filter(|width| (0.1..=1000.0).contains(width));
+    width.ok_or_else(|| "expected a number from 0.1 to 1000".to_owned())
 }
 
 /// A file for a picture, of a format that its extension tells.

@@ -1,4 +1,4 @@
-//! `selvedge render`: the cloth of a draft in the built-in scene.
+//! `selvedge render`: a cloth in the built-in scene.
 
 use std::time::Instant;
 
@@ -8,30 +8,39 @@ use rayon::ThreadPoolBuilder;
 
 use crate::{
     args::RenderOptions,
-    draft, fabric, image,
+    fabric, image,
     output::{Destination, tell},
     render::{self, Settings},
     scene::{Material, Scene, drape::DEFAULT_SIDE},
 };
 
-/// Renders `options.draft` into `options.output`.
+/// Renders `options.cloth` into `options.output`.
 ///
-/// Warnings about the draft, a progress bar and a summary go to stderr unless `options.quiet`.
+/// Warnings about the draft and the fabric, a progress bar and a summary go to stderr unless
+/// `options.quiet`.
 ///
 /// # Errors
 ///
-/// When the draft cannot be read or woven, or the output cannot be written; that is found out
-/// before the work is done, and no output is left behind.
+/// When the draft or fabric cannot be read or woven, or the output cannot be written; that is found
+/// out before the work is done, and no output is left behind.
 pub fn run(options: &RenderOptions) -> anyhow::Result<()> {
+    draw(options, |cloth| Ok(Scene::built_in(cloth, DEFAULT_SIDE)?))
+}
+
+/// As [`run`], in the scene that `scene` makes of the cloth.
+pub(super) fn draw(
+    options: &RenderOptions,
+    scene: impl FnOnce(Material) -> anyhow::Result<Scene> + Send,
+) -> anyhow::Result<()> {
     let started = Instant::now();
     let destination = Destination::new(&options.output.path)?;
-    let source = draft::read(&options.draft)?;
-    source.draft()?;
+    let source = fabric::read(&options.cloth)?;
+    source.draft().draft()?;
     if !options.quiet {
-        source.warnings().for_each(tell);
+        source.draft().warnings().for_each(tell);
     }
-    let drawdown = source.drawdown()?;
-    let cloth = fabric::cloth(&drawdown).context(source.name().to_owned())?;
+    let drawdown = source.draft().drawdown()?;
+    let cloth = source.cloth(&drawdown)?;
     let size = cloth.size() * 1e3;
 
     let pool = ThreadPoolBuilder::new()
@@ -40,8 +49,11 @@ pub fn run(options: &RenderOptions) -> anyhow::Result<()> {
         .context("threads: cannot be started")?;
     let settings = Settings { size: options.size, spp: options.spp, seed: options.seed };
     let film = pool.install(|| -> anyhow::Result<_> {
-        let material = Material::cloth(&cloth).context(source.name().to_owned())?;
-        let scene = Scene::built_in(material, DEFAULT_SIDE)?;
+        let shader = source.shader(&cloth)?;
+        if !options.quiet {
+            source.warnings(&drawdown, &shader).iter().for_each(tell);
+        }
+        let scene = scene(Material::cloth(shader))?;
         let bar = progress_bar(options);
         let film = render::render(&scene, &settings, || bar.inc(1));
         bar.finish_and_clear();

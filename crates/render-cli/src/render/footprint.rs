@@ -53,6 +53,11 @@ impl Footprint {
         footprint
     }
 
+    /// The point that `choice` in [0, 1) names, uv in metres.
+    pub fn pick(&self, choice: f32) -> DVec2 {
+        self.places[((choice * self.count as f32) as usize).min(self.count - 1)]
+    }
+
     /// The mean of `value` over the points, which are given as uv in metres.
     pub fn mean(&self, value: impl Fn(DVec2) -> Vec3) -> Vec3 {
         let places = &self.places[..self.count];

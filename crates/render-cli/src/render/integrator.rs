@@ -1,12 +1,14 @@
 //! Light that arrives along a ray: unidirectional path tracing.
 //!
 //! At each surface the key light is sampled and the path goes on in a direction drawn by the
-//! cosine; a path that leaves the scene finds the sky. Each light is found in one way only, so
-//! nothing is counted twice. Paths end by chance (Russian roulette), which biases nothing.
+//! cosine or, at cloth, nearly in proportion to what it reflects. The key light is found both ways,
+//! and each counts as much as it is likely to find it (Veach 1997, section 9.2.2), so that neither a
+//! narrow highlight nor a near light is noisy. A path that leaves the scene finds the sky. Paths end
+//! by chance (Russian roulette), which biases nothing.
 
-use std::f32::consts::{FRAC_1_PI, TAU};
+use std::f32::consts::FRAC_1_PI;
 
-use glam::{Mat3, Vec2, Vec3};
+use glam::{Mat3, Vec3};
 use selvedge_normalize::warp::square_to_cosine_hemisphere;
 use selvedge_yarn_brdf::Shader;
 
@@ -35,14 +37,6 @@ const BOUNCE_POINTS: usize = 4;
 /// threads; this blurs what it sees by a fifth of the distance.
 const BOUNCE_SPREAD: f32 = 0.2;
 
-/// Share of directions at cloth that are drawn from a lobe around the mirror direction. Fibres
-/// scatter forwards, at grazing angles a hundred times as much as elsewhere; directions drawn by
-/// the cosine alone find that rarely and then with a weight that shows as a speck.
-const MIRROR_SHARE: f32 = 0.1;
-
-/// Exponent of the cosine in that lobe: half of it lies within 24°, as wide as the highlights.
-const MIRROR_EXPONENT: f32 = 7.0;
-
 /// An estimate of the radiance that arrives at the beam's origin along it, linear RGB.
 ///
 /// Cloth is shaded as the mean over the [`Footprint`] of the beam.
@@ -52,16 +46,24 @@ const MIRROR_EXPONENT: f32 = 7.0;
 pub fn radiance(scene: &Scene, mut beam: Beam, sample: &mut Sample) -> Vec3 {
     let mut radiance = Vec3::ZERO;
     let mut throughput = Vec3::ONE;
+    // With which the last surface chose the direction; the camera does not see the key light.
+    let mut density = None;
     for vertices in 1..=MAX_VERTICES {
-        let Some(hit) = scene.intersect(&beam.ray) else {
+        let hit = scene.intersect(&beam.ray);
+        if let Some(density) = density {
+            let reach = hit.map_or(f32::INFINITY, |hit| hit.t);
+            radiance += throughput * key_light_ahead(scene, &beam.ray, reach, density);
+        }
+        let Some(hit) = hit else {
             return radiance + throughput * scene.sky.radiance(beam.ray.direction);
         };
         let points = if vertices == 1 { CAMERA_POINTS } else { BOUNCE_POINTS };
         let vertex = Vertex::new(scene.surface(&hit), &hit, &beam, points, sample);
         radiance += throughput * vertex.direct_light(scene, sample);
 
-        let Some((direction, weight)) = vertex.bounce(sample) else { break };
-        throughput *= weight;
+        let Some(bounce) = vertex.bounce(sample) else { break };
+        throughput *= bounce.weight;
+        density = Some(bounce.density);
         if vertices >= SURE_VERTICES {
             let survival = throughput.max_element().min(1.0);
             if sample.next_1d() >= survival {
@@ -69,10 +71,39 @@ pub fn radiance(scene: &Scene, mut beam: Beam, sample: &mut Sample) -> Vec3 {
             }
             throughput /= survival;
         }
+        let direction = bounce.direction;
         let origin = vertex.leave(scene, direction);
         beam = Beam { ray: Ray { origin, direction }, spread: BOUNCE_SPREAD };
     }
     radiance
+}
+
+/// Radiance of the key light along a ray that was chosen with `density`, sr⁻¹, and meets nothing
+/// before `reach`: its share in what both ways to find the light find.
+fn key_light_ahead(scene: &Scene, ray: &Ray, reach: f32, density: f32) -> Vec3 {
+    match scene.key_light.ahead(ray.origin, ray.direction) {
+        Some(seen) if seen.distance < reach => {
+            scene.key_light.radiance * balance(density, seen.density)
+        }
+        _ => Vec3::ZERO,
+    }
+}
+
+/// The share of a direction that was found with the density `own` and might have been found with
+/// `other` (Veach 1997, section 9.2.2, the balance heuristic).
+fn balance(own: f32, other: f32) -> f32 {
+    // Not of both at once, which could overflow.
+    1.0 / (1.0 + other / own)
+}
+
+/// The way on from a surface.
+struct Bounce {
+    /// Unit length, world space.
+    direction: Vec3,
+    /// f cos θ over the density.
+    weight: Vec3,
+    /// With which the direction was chosen, sr⁻¹.
+    density: f32,
 }
 
 /// A point where a path meets a surface.
@@ -114,13 +145,17 @@ impl<'a> Vertex<'a> {
         Self { scatterer, point, frame, wo: frame.transpose() * wo_world }
     }
 
-    /// f without the cosine for light from `wi` in the shading frame.
-    fn scattering(&self, wi: Vec3) -> Vec3 {
+    /// f without the cosine for light from `wi` in the shading frame, that was found with the density
+    /// `found`: its share in what the light and [`Vertex::bounce`] find.
+    fn scattering(&self, wi: Vec3, found: f32) -> Vec3 {
         match &self.scatterer {
-            Scatterer::Matte(reflectance) => reflectance * FRAC_1_PI,
-            Scatterer::Cloth(shader, footprint) => {
-                footprint.mean(|uv| shader.eval(uv, wi, self.wo))
+            Scatterer::Matte(reflectance) => {
+                reflectance * FRAC_1_PI * balance(found, wi.z.abs() * FRAC_1_PI)
             }
+            Scatterer::Cloth(shader, footprint) => footprint.mean(|uv| {
+                let f = shader.eval(uv, wi, self.wo);
+                if f == Vec3::ZERO { f } else { f * balance(found, shader.pdf(uv, wi, self.wo)) }
+            }),
         }
     }
 
@@ -144,44 +179,28 @@ impl<'a> Vertex<'a> {
         if scene.occluded(&ray, light.distance) {
             return Vec3::ZERO;
         }
-        self.scattering(wi) * wi.z.abs() * light.irradiance
+        self.scattering(wi, light.density) * wi.z.abs() * light.irradiance
     }
 
-    /// A direction in world space to go on in, and f cos θ divided by its density.
-    fn bounce(&self, sample: &mut Sample) -> Option<(Vec3, Vec3)> {
-        let mirror_share = match self.scatterer {
-            Scatterer::Matte(_) => 0.0,
-            Scatterer::Cloth(..) => MIRROR_SHARE,
+    /// A way on.
+    fn bounce(&self, sample: &mut Sample) -> Option<Bounce> {
+        let (wi, weight, density) = match &self.scatterer {
+            Scatterer::Matte(reflectance) => {
+                let wi = square_to_cosine_hemisphere(sample.next_2d().as_dvec2()).as_vec3();
+                (wi.with_z(wi.z * self.wo.z.signum()), *reflectance, wi.z * FRAC_1_PI)
+            }
+            Scatterer::Cloth(shader, footprint) => {
+                // One point stands for all: its own density follows it more closely than theirs.
+                let place = footprint.pick(sample.next_1d());
+                let choice = sample.next_1d();
+                let square = sample.next_2d();
+                let drawn = shader.sample(place, self.wo, [choice, square.x, square.y])?;
+                (drawn.wi, drawn.weight, drawn.pdf)
+            }
         };
-        let (wi, density) = self.sample_direction(mirror_share, sample.next_2d());
-        let wi_world = (self.frame * wi).normalize();
-        if !self.is_in_front(wi, wi_world) {
-            return None;
-        }
-        let weight = self.scattering(wi) * (wi.z.abs() / density);
-        (weight != Vec3::ZERO).then_some((wi_world, weight))
-    }
-
-    /// A direction, and its density in sr⁻¹: by the cosine or, with the chance `mirror_share`, from
-    /// a lobe around the mirrored `wo`, which may reach below the surface.
-    fn sample_direction(&self, mirror_share: f32, mut square: Vec2) -> (Vec3, f32) {
-        let side = self.wo.z.signum();
-        let mirrored = Vec3::new(-self.wo.x, -self.wo.y, self.wo.z);
-        let wi = if square.x < mirror_share {
-            square.x /= mirror_share;
-            let cos = square.x.powf(1.0 / (MIRROR_EXPONENT + 1.0));
-            let across = (1.0 - cos * cos).max(0.0).sqrt() * Vec2::from_angle(TAU * square.y);
-            let (x, y) = mirrored.any_orthonormal_pair();
-            x * across.x + y * across.y + mirrored * cos
-        } else {
-            square.x = (square.x - mirror_share) / (1.0 - mirror_share);
-            let wi = square_to_cosine_hemisphere(square.as_dvec2()).as_vec3();
-            wi.with_z(wi.z * side)
-        };
-        let lobe = (MIRROR_EXPONENT + 1.0) / TAU * wi.dot(mirrored).max(0.0).powf(MIRROR_EXPONENT);
-        let density =
-            mirror_share * lobe + (1.0 - mirror_share) * (wi.z * side).max(0.0) * FRAC_1_PI;
-        (wi, density)
+        let direction = (self.frame * wi).normalize();
+        let goes_on = weight != Vec3::ZERO && self.is_in_front(wi, direction);
+        goes_on.then_some(Bounce { direction, weight, density })
     }
 
     /// Where a ray in `direction` starts.
@@ -204,6 +223,8 @@ fn facing_alike(mesh: &Mesh, hit: &Hit, wo_world: Vec3) -> SurfacePoint {
 #[cfg(test)]
 mod tests {
     use std::f32::consts::PI;
+
+    use glam::Vec2;
 
     use super::*;
     use crate::{

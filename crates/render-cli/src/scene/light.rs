@@ -4,8 +4,7 @@ use glam::{Vec2, Vec3};
 
 use super::drape::RectangleLight;
 
-/// A rectangle that shines evenly from one side. It is found by sampling it, never by a ray, and
-/// casts no shadow.
+/// A rectangle that shines evenly from one side. It casts no shadow.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AreaLight {
     /// The rectangle.
@@ -23,6 +22,17 @@ pub struct LightSample {
     pub distance: f32,
     /// Irradiance on a surface that faces the point, as if the whole light were there.
     pub irradiance: Vec3,
+    /// The density of the direction when the point is drawn evenly, sr⁻¹.
+    pub density: f32,
+}
+
+/// Where a ray meets an area light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LightAhead {
+    /// To the point, in metres.
+    pub distance: f32,
+    /// The density with which [`AreaLight::sample`] draws the direction, sr⁻¹.
+    pub density: f32,
 }
 
 impl AreaLight {
@@ -42,8 +52,21 @@ impl AreaLight {
         let (direction, distance) = offset.normalize_and_length();
         // The length is a quarter of the area.
         let projected = -4.0 * half_u.cross(half_v).dot(direction);
-        let irradiance = self.radiance * projected / (distance * distance);
-        (projected > 0.0).then_some(LightSample { direction, distance, irradiance })
+        let density = distance * distance / projected;
+        let irradiance = self.radiance / density;
+        (projected > 0.0).then_some(LightSample { direction, distance, irradiance, density })
+    }
+
+    /// Where the ray from `origin` along the unit vector `direction` meets the shining side.
+    pub fn ahead(&self, origin: Vec3, direction: Vec3) -> Option<LightAhead> {
+        let RectangleLight { centre, half_u, half_v } = self.shape;
+        let quarter = half_u.cross(half_v);
+        let projected = -4.0 * quarter.dot(direction);
+        let distance = (centre - origin).dot(quarter) / direction.dot(quarter);
+        let offset = origin + direction * distance - centre;
+        let is_within = |half: Vec3| offset.dot(half).abs() <= half.length_squared();
+        let is_met = projected > 0.0 && distance > 0.0 && is_within(half_u) && is_within(half_v);
+        is_met.then(|| LightAhead { distance, density: distance * distance / projected })
     }
 }
 
@@ -84,5 +107,26 @@ mod tests {
         let expected = 4.0 * (1.0 / root) * (1.0 / root).atan();
         assert!((irradiance - expected).abs() < 1e-3, "{irradiance}, expected {expected}");
         assert_eq!(light.sample(2.0 * Vec3::Z, Vec2::splat(0.5)), None);
+    }
+
+    #[test]
+    fn ray_to_a_sampled_point_meets_the_light_there() {
+        let shape = RectangleLight {
+            centre: Vec3::new(0.3, 0.2, 1.5),
+            half_u: Vec3::new(0.0, 0.5, 0.1),
+            half_v: Vec3::new(0.4, 0.0, 0.0),
+        };
+        let light = AreaLight { shape, radiance: Vec3::ONE };
+        let origin = Vec3::new(-0.2, 0.1, 0.0);
+        for square in [Vec2::splat(0.5), Vec2::new(0.01, 0.99), Vec2::new(0.9, 0.2)] {
+            let sample = light.sample(origin, square).unwrap();
+            let ahead = light.ahead(origin, sample.direction).unwrap();
+            assert!((ahead.distance - sample.distance).abs() < 1e-5, "{square}");
+            assert!((ahead.density / sample.density - 1.0).abs() < 1e-4, "{square}");
+            assert_eq!(light.ahead(origin, -sample.direction), None);
+        }
+        assert_eq!(light.ahead(origin, Vec3::X), None);
+        let beyond = light.sample(origin, Vec2::new(1.01, 0.5)).unwrap();
+        assert_eq!(light.ahead(origin, beyond.direction), None);
     }
 }

@@ -3,15 +3,16 @@
 pub mod drape;
 pub mod light;
 pub mod mesh;
+pub mod swatch;
 
 use glam::Vec3;
-use selvedge_yarn_brdf::{Cloth, ClothError, Shader};
+use selvedge_yarn_brdf::Shader;
 use thiserror::Error;
 
 use self::{
     drape::{BuiltIn, CameraPlacement, SideError},
     light::{AreaLight, Sky},
-    mesh::Mesh,
+    mesh::{Mesh, MeshError},
 };
 use crate::render::intersect::{Geometry, GeometryError, Hit, Ray};
 
@@ -52,14 +53,10 @@ pub enum Material {
 }
 
 impl Material {
-    /// The material of `cloth`, prepared for shading.
-    ///
-    /// # Errors
-    ///
-    /// As for [`Cloth::prepare`].
-    pub fn cloth(cloth: &Cloth) -> Result<Self, ClothError> {
-        let is_open = cloth.yarns.iter().any(|yarn| yarn.size < 1.0);
-        Ok(Self::Cloth { shader: Box::new(cloth.prepare()?), is_open })
+    /// Woven cloth that `shader` shades.
+    pub fn cloth(shader: Shader) -> Self {
+        let is_open = shader.has_gaps();
+        Self::Cloth { shader: Box::new(shader), is_open }
     }
 }
 
@@ -73,6 +70,9 @@ pub enum SceneError {
     /// The meshes are too much for the hierarchy.
     #[error(transparent)]
     Geometry(#[from] GeometryError),
+    /// A swatch cannot be that large.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
 }
 
 /// Neutral grey of the floor, as of backdrop paper.
@@ -166,16 +166,17 @@ mod tests {
             color: [grey; 3],
             pitch: Some(5e-4),
             diameter: Some(diameter),
+            ..Thread::default()
         });
         let weave = Weave::new(2, 2, |end, pick| (end + pick) % 2 == 0).unwrap();
-        let cloth = Cloth::from_threads(weave, &threads, &threads, Yarn::default()).unwrap();
+        let cloth = Cloth::from_threads(weave, &threads, &threads, &Yarn::default()).unwrap();
         let uvs = [Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y].map(|corner| corner * 0.01);
         let mesh = Mesh::with_smooth_normals(
             uvs.map(|uv| uv.extend(0.0)).into(),
             uvs.into(),
             vec![[0, 1, 2], [0, 2, 3]],
         );
-        let material = Material::cloth(&cloth).unwrap();
+        let material = Material::cloth(cloth.prepare().unwrap());
         let shape = RectangleLight { centre: Vec3::Z, half_u: Vec3::Y, half_v: Vec3::X };
         let camera = CameraPlacement {
             position: Vec3::Z,

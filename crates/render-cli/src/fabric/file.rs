@@ -1,0 +1,314 @@
+//! The fabric as a file: `"version": 1`, a draft, and the fields of a [`Fabric`].
+
+use std::{fmt, path::PathBuf};
+
+use selvedge_yarn_brdf::Fabric;
+use serde::{
+    Deserialize, Deserializer,
+    de::{
+        DeserializeSeed, Error as _, IntoDeserializer, MapAccess, Visitor,
+        value::MapAccessDeserializer,
+    },
+};
+
+/// What a file holds.
+#[derive(Debug, PartialEq)]
+pub(super) struct FabricFile {
+    pub(super) draft: DraftSource,
+    pub(super) fabric: Fabric,
+}
+
+/// Where the draft of a fabric is.
+#[derive(Debug, PartialEq)]
+pub(super) enum DraftSource {
+    /// In a file: `"draft": "PATH"`.
+    Path(PathBuf),
+    /// Here: `"draft": {"wif": "TEXT"}`.
+    Inline(String),
+}
+
+const VERSION: u64 = 1;
+
+/// The keys that are not those of a [`Fabric`].
+const HEAD: [&str; 2] = ["version", "draft"];
+
+/// The fabric in `text`, or where what is wrong with it, and what would not be.
+pub(super) fn parse(text: &[u8]) -> Result<FabricFile, String> {
+    serde_json::from_slice(text).map_err(|error| describe(&error))
+}
+
+impl<'de> Deserialize<'de> for FabricFile {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        from.deserialize_map(FileVisitor)
+    }
+}
+
+struct FileVisitor;
+
+impl<'de> Visitor<'de> for FileVisitor {
+    type Value = FabricFile;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("an object, a fabric")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<FabricFile, A::Error> {
+        let mut head = Head { version: None, draft: None };
+        let body = MapAccessDeserializer::new(Body { map, head: &mut head });
+        let fabric = Fabric::deserialize(body)?;
+        if head.version.is_none() {
+            return Err(A::Error::missing_field("version"));
+        }
+        let draft = head.draft.ok_or_else(|| A::Error::missing_field("draft"))?;
+        Ok(FabricFile { draft, fabric })
+    }
+}
+
+struct Head {
+    version: Option<()>,
+    draft: Option<DraftSource>,
+}
+
+/// The entries of a file but for those of its head, which are put there on the way.
+struct Body<'a, A> {
+    map: A,
+    head: &'a mut Head,
+}
+
+impl<'de, A: MapAccess<'de>> MapAccess<'de> for Body<'_, A> {
+    type Error = A::Error;
+
+    fn next_key_seed<K: DeserializeSeed<'de>>(
+        &mut self,
+        seed: K,
+    ) -> Result<Option<K::Value>, A::Error> {
+        while let Some(key) = self.map.next_key::<String>()? {
+            let is_second = match &*key {
+                "version" => {
+                    let version: u64 = self.map.next_value()?;
+                    if version != VERSION {
+                        let message = format_args!("version {version}, expected {VERSION}");
+                        return Err(A::Error::custom(message));
+                    }
+                    self.head.version.replace(()).is_some()
+                }
+                "draft" => self.head.draft.replace(self.map.next_value()?).is_some(),
+                _ => return seed.deserialize(key.into_deserializer()).map(Some),
+            };
+            if is_second {
+                return Err(A::Error::custom(format_args!("duplicate field `{key}`")));
+            }
+        }
+        Ok(None)
+    }
+
+    fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, A::Error> {
+        self.map.next_value_seed(seed)
+    }
+}
+
+impl<'de> Deserialize<'de> for DraftSource {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        #[derive(Deserialize)]
+        #[serde(deny_unknown_fields)]
+        struct Inline {
+            wif: String,
+        }
+        struct DraftVisitor;
+        impl<'de> Visitor<'de> for DraftVisitor {
+            type Value = DraftSource;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("the path of a draft or {\"wif\": \"its text\"}")
+            }
+
+            fn visit_str<E>(self, path: &str) -> Result<DraftSource, E> {
+                Ok(DraftSource::Path(path.into()))
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<DraftSource, A::Error> {
+                let inline = Inline::deserialize(MapAccessDeserializer::new(map))?;
+                Ok(DraftSource::Inline(inline.wif))
+            }
+        }
+        from.deserialize_any(DraftVisitor)
+    }
+}
+
+/// The error as `line 3, column 7: found, expected`.
+fn describe(error: &serde_json::Error) -> String {
+    let (line, column) = (error.line(), error.column());
+    let text = error.to_string();
+    let text = text.strip_suffix(&format!(" at line {line} column {column}")).unwrap_or(&text);
+    // What serde quotes: the name that is wrong first, then those that are not.
+    let mut names = text.split('`').skip(1).step_by(2);
+    let found = names.next().unwrap_or_default();
+    let what = if text.starts_with("unknown ") {
+        let mut known: Vec<_> = names.collect();
+        if known.contains(&"overrides") {
+            known.extend(HEAD);
+        }
+        let kind = if text.starts_with("unknown field") { "key" } else { "name" };
+        format!("unknown {kind} {found:?}, expected {}", nearest(found, &known))
+    } else if text.starts_with("missing field") {
+        format!("found no {found:?}, expected one")
+    } else if text.starts_with("duplicate field") {
+        format!("found {found:?} a second time, expected it once")
+    } else if error.is_eof() {
+        "found the end of the file, expected more".to_owned()
+    } else {
+        let text = text.strip_prefix("invalid type: ").unwrap_or(text);
+        let text = text.strip_prefix("invalid value: ").unwrap_or(text);
+        let mut text = text.replace('`', "");
+        for (of_rust, plain) in [
+            ("f64", "a number"),
+            ("f32", "a number"),
+            ("u32", "a whole number"),
+            ("u64", "a whole number"),
+        ] {
+            text = text.replace(&format!("expected {of_rust}"), &format!("expected {plain}"));
+        }
+        text
+    };
+    format!("line {line}, column {column}: {what}")
+}
+
+/// The known name that `found` is most likely to mean, or all.
+fn nearest(found: &str, known: &[&str]) -> String {
+    const ALIKE: f64 = 0.8;
+    let likeness = known.iter().map(|name| (strsim::jaro_winkler(found, name), name));
+    match likeness.max_by(|a, b| a.0.total_cmp(&b.0)) {
+        Some((likeness, name)) if likeness >= ALIKE => format!("{name:?}"),
+        _ => format!("one of {}", known.join(", ")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use selvedge_yarn_brdf::{Highlight, Mapping, Mode, Override, PartialYarn, Phase};
+
+    use super::*;
+
+    #[test]
+    fn file_reads_as_it_is_written() {
+        let text = r##"{
+            "version": 1,
+            "draft": "../drafts/tartan.wif",
+            "yarn": {
+                "u_max": 0.4, "tint": 0.5, "specular": 0.25, "color": "#ffffff",
+                "highlight": { "rough": { "sigma": 0.2 } },
+                "phase": { "von_mises": { "alpha": 0.05, "beta": 4 } },
+                "noise": { "width": 0.1 }
+            },
+            "overrides": [
+                { "warp": true, "color": 3, "yarn": { "psi": -0.5, "specular": [0.5, 0.4, 0] } },
+                { "threads": [1, 8], "yarn": { "highlight": { "window": { "delta": 1 } } } }
+            ],
+            "mapping": "linear", "normalization": "none", "rotation": 0.5, "scale": 2, "seed": 7
+        }"##;
+        let file = parse(text.as_bytes()).unwrap();
+        assert_eq!(file.draft, DraftSource::Path("../drafts/tartan.wif".into()));
+        let yarn = PartialYarn {
+            u_max: Some(0.4),
+            tint: Some(0.5),
+            specular: Some([0.25; 3]),
+            color: Some([1.0; 3]),
+            highlight: Some(Highlight::Rough { sigma: 0.2 }),
+            phase: Some(Phase::VonMises { alpha: 0.05, beta: 4.0 }),
+            noise: selvedge_yarn_brdf::PartialNoise { width: Some(0.1), ..Default::default() },
+            ..PartialYarn::default()
+        };
+        let first = PartialYarn {
+            psi: Some(-0.5),
+            specular: Some([0.5, 0.4, 0.0]),
+            ..PartialYarn::default()
+        };
+        let second = PartialYarn {
+            highlight: Some(Highlight::Window { delta: 1.0 }),
+            ..PartialYarn::default()
+        };
+        let expected = Fabric {
+            yarn,
+            overrides: vec![
+                Override { is_warp: Some(true), color: Some(3), threads: None, yarn: first },
+                Override { threads: Some([1, 8]), yarn: second, ..Override::default() },
+            ],
+            mapping: Mapping::Linear,
+            normalization: Mode::None,
+            rotation: 0.5,
+            scale: 2.0,
+            seed: 7,
+            ..Fabric::default()
+        };
+        assert_eq!(file.fabric, expected);
+
+        // And back, without what is open.
+        let json = serde_json::to_string(&expected).unwrap();
+        assert!(!json.contains("null"), "{json}");
+        assert_eq!(serde_json::from_str::<Fabric>(&json).unwrap(), expected);
+    }
+
+    #[test]
+    fn draft_can_be_text_in_the_file() {
+        let file = parse(br#"{"draft": {"wif": "[WIF]\n"}, "version": 1}"#).unwrap();
+        assert_eq!(file.draft, DraftSource::Inline("[WIF]\n".to_owned()));
+        assert_eq!(file.fabric, Fabric::default());
+    }
+
+    #[test]
+    fn what_is_wrong_is_told_with_its_line() {
+        let cases = [
+            ("", "line 1, column 0: found the end of the file, expected more"),
+            ("[]", "line 1, column 0: sequence, expected an object, a fabric"),
+            ("{\n}", "line 2, column 1: found no \"version\", expected one"),
+            ("{\"version\": 1}", "line 1, column 14: found no \"draft\", expected one"),
+            ("{\"version\": 2", "line 1, column 13: version 2, expected 1"),
+            ("{\"version\": \"1\"", "line 1, column 15: string \"1\", expected a whole number"),
+            (
+                "{\"version\": 1, \"version\": 1",
+                "line 1, column 27: found \"version\" a second time, expected it once",
+            ),
+            ("{\"verison\": 1", "line 1, column 10: unknown key \"verison\", expected \"version\""),
+            (
+                "{\n\"yarn\": {\n\"sigm\": 1}}",
+                "line 3, column 6: unknown key \"sigm\", expected \"sigma\"",
+            ),
+            (
+                "{\"yarn\": {\"noise\": {\"slubs\": 1",
+                "line 1, column 27: unknown key \"slubs\", expected \"slub_rate\"",
+            ),
+            (
+                "{\"yarn\": {\"highlight\": {\"glossy\": {}}}}",
+                "line 1, column 32: unknown name \"glossy\", expected one of window, rough",
+            ),
+            (
+                "{\"overrides\": [{\"weft\": true",
+                "line 1, column 22: unknown key \"weft\", expected one of warp, color, threads, yarn",
+            ),
+            ("{\"yarn\": {\"psi\": \"Z\"", "line 1, column 20: string \"Z\", expected a number"),
+            (
+                "{\"yarn\": {\"color\": \"red\"",
+                "line 1, column 24: color \"red\", expected \"#rrggbb\"",
+            ),
+            (
+                "{\"yarn\": {\"color\": [1, 2]",
+                "line 1, column 25: invalid length 2, expected a color: [red, green, blue], a number or \"#rrggbb\"",
+            ),
+            (
+                "{\"draft\": 3",
+                "line 1, column 11: integer 3, expected the path of a draft or {\"wif\": \"its text\"}",
+            ),
+            ("{\"yarn\": 3", "line 1, column 10: integer 3, expected an object of parameters"),
+            ("{\"scale\": 1e999", "line 1, column 15: number out of range"),
+        ];
+        for (text, expected) in cases {
+            assert_eq!(parse(text.as_bytes()).unwrap_err(), expected, "{text}");
+        }
+    }
+
+    #[test]
+    fn depth_does_not_overflow() {
+        let text = "{\"yarn\":".to_owned() + &"[".repeat(100_000);
+        assert!(parse(text.as_bytes()).is_err());
+    }
+}
