@@ -230,7 +230,7 @@ fn unknown_option() {
         "render good.wif -o out.png --frobnicate",
         "unexpected argument '--frobnicate' found\n\n  \
          tip: to pass '--frobnicate' as a value, use '-- --frobnicate'\n\n\
-         Usage: selvedge render --output <FILE> <DRAFT>",
+         Usage: selvedge render --output <FILE> <CLOTH>",
     );
 }
 

@@ -116,9 +116,9 @@ fn what_is_wrong_with_a_fabric_is_told_in_one_line() {
             "fabrics/a.json: yarn: psi: 3, expected -1.5707963267948966 to 1.5707963267948966",
         ),
         (
-            with(", \"overrides\": [{\"yarn\": {\"sigma\": 0.1}}]"),
-            "fabrics/a.json: override 1: sigma: found a yarn with another kind of highlight, \
-             expected rough",
+            with(", \"overrides\": [{\"yarn\": {\"rho\": 0.1}}]"),
+            "fabrics/a.json: override 1: rho: found a yarn with another kind of phase, \
+             expected wrapped_cauchy",
         ),
         (
             with("").replace("plain", "plane"),

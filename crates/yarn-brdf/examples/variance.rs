@@ -86,7 +86,10 @@ fn fabrics() -> Vec<Fabric> {
             name: "tweed",
             size: 4,
             warp_is_on_top: |end, pick| (end + pick) % 4 < 2,
-            warp: Yarn { phase: Phase::WrappedCauchy { rho: 0.67, is_backward: true }, ..wool.clone() },
+            warp: Yarn {
+                phase: Phase::WrappedCauchy { rho: 0.67, is_backward: true },
+                ..wool.clone()
+            },
             weft: wool,
         },
         Fabric {

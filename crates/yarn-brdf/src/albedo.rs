@@ -13,13 +13,13 @@
 //! and none over a window. All are affine in the segment's width over length w/l, so two numbers a
 //! direction serve segments of every shape.
 
-use core::f64::consts::{FRAC_PI_2, PI};
+use core::f64::consts::{FRAC_2_PI, FRAC_PI_2, PI};
 
 use selvedge_normalize::glam::{DVec2, DVec3};
 
 use crate::frame::Vector;
-use crate::phase::AzimuthNodes;
 use crate::real::Real;
+use crate::ring::{Rings, Turn};
 use crate::rough::longitudinal;
 use crate::segment::{COS_V_MIN, Mapping, Optics, Spread, normal, shaded_angles};
 use crate::yarn::{Highlight, Yarn};
@@ -39,11 +39,6 @@ impl<R: Real> Affine<R> {
 }
 
 impl Affine<f64> {
-    fn add(&mut self, other: Self, weight: f64) {
-        self.base += weight * other.base;
-        self.slope += weight * other.slope;
-    }
-
     fn times(self, factor: f64) -> Self {
         Self { base: self.base * factor, slope: self.slope * factor }
     }
@@ -67,14 +62,21 @@ impl Nodes {
         let sharpness = yarn.phase.sharpness();
         let finer = (2.0 * sharpness.ln()).max(0.0);
         let nodes = |count: f64| (density * count).ceil() as usize;
-        let is_rough = matches!(yarn.highlight, Highlight::Rough { .. });
+        let (arc, section, spread) = match yarn.highlight {
+            Highlight::Window { .. } => (finer, 8.0 + 1.7 * finer, 1.0),
+            Highlight::Rough { sigma } => {
+                let sigma = sigma.min(0.5);
+                let spread = 5.5 + 6.0 * sigma + 0.75 * finer * (5.0 * sigma).min(1.0);
+                (0.7 * finer, 8.0 + 1.7 * finer, spread)
+            }
+        };
+        let (u_max, _) = shaded_angles(yarn, false);
+        let arc = 5.0 + arc + 3.0 * u_max;
         Self {
-            arc: nodes(
-                5.0 + if is_rough { 0.0 } else { finer } + 3.0 * shaded_angles(yarn, false).0,
-            ),
-            section: nodes(if is_rough { 10.0 } else { 8.0 + 2.5 * finer }),
-            azimuth: nodes(28.0 * yarn.phase.tail()),
-            spread: nodes(6.0),
+            arc: nodes(arc),
+            section: nodes(section),
+            azimuth: nodes(48.0 * yarn.phase.tail()),
+            spread: nodes(spread),
         }
     }
 }
@@ -83,21 +85,26 @@ impl Nodes {
 pub(crate) struct Integrals {
     optics: Optics<f64>,
     u_max: f64,
-    arc: Vec<(f64, f64)>,
-    section: Vec<(f64, f64)>,
-    /// Gauss–Legendre nodes on [−1, 1].
-    window: Vec<(f64, f64)>,
+    arc: Rules,
+    section: Rules,
+    /// Angles around the section, rad, with their sines and cosines.
+    around: Vec<(f64, (f64, f64))>,
     /// For rough fibres, the inclinations t·wi with their weights, for even steps of the angle
     /// between −t and t of the direction they are seen from.
     spread: Option<Vec<Vec<(f64, f64)>>>,
-    azimuths: AzimuthNodes,
+    rings: Rings,
 }
 
-/// The fibre at a place of the yarn and the direction it is seen from.
+/// The fibre at a place of the yarn, as seen from a direction: along it, n·wi and cos θi of a
+/// direction per unit of its part along the fibre and of those across, towards `wo` and aside.
 struct Fibre {
-    n: DVec3,
-    t: DVec3,
-    wo: DVec3,
+    /// t·wo.
+    along: f64,
+    t_z: f64,
+    n: [f64; 2],
+    z: [f64; 2],
+    /// n·wo.
+    q: f64,
 }
 
 impl Integrals {
@@ -107,14 +114,17 @@ impl Integrals {
         Self {
             optics: Optics::new(yarn, is_straight, mapping),
             u_max: shaded_angles(yarn, is_straight).0,
-            arc: crowded(nodes.arc, power),
-            section: crowded(nodes.section, power),
-            window: gauss_legendre(nodes.section),
+            arc: Rules::new(nodes.arc, power),
+            section: Rules::new(nodes.section, power),
+            around: (0..=16)
+                .map(|k| PI * (f64::from(k) / 16.0 - 0.5))
+                .map(|v| (v, v.sin_cos()))
+                .collect(),
             spread: match yarn.highlight {
                 Highlight::Rough { sigma } => Some(spread_levels(sigma, nodes.spread)),
                 Highlight::Window { .. } => None,
             },
-            azimuths: AzimuthNodes::new(&yarn.phase, nodes.azimuth),
+            rings: Rings::new(&yarn.phase, nodes.azimuth),
         }
     }
 
@@ -122,45 +132,135 @@ impl Integrals {
     /// segment.
     pub(crate) fn mean(&self, wo: DVec3) -> Affine<f64> {
         if self.u_max == 0.0 {
-            let section = self.section(0.0, wo);
-            return Affine { base: 0.5 * section.base, slope: 0.0 };
+            let [value, _] = self.section(0.0, wo);
+            return Affine { base: 0.5 * value, slope: 0.0 };
         }
-        // Up to the inclination at which the middle of the yarn turns away from `wo`, and beyond:
-        // for grazing directions almost nothing of one part is seen. The highlight of filaments has
-        // further bends where it begins to fade.
-        let limit = wo.z.atan2(wo.y.abs()) * -wo.y.signum();
-        let edge = limit.clamp(-self.u_max, self.u_max);
-        let fading = self.optics.fades_from();
-        let mut bounds = [-self.u_max, -fading, fading, self.u_max, edge];
-        bounds.sort_by(f64::total_cmp);
-        let mut sum = Affine::default();
-        for pair in bounds.windows(2) {
-            // Even along the spine instead of in angle: there its bend is no peak.
-            let [from, to] = [pair[0], pair[1]].map(|u| self.optics.spine_of_u(u.sin()));
-            let half = 0.5 * (to - from);
-            for &(node, weight) in self.arc.iter().filter(|_| half > 1e-9) {
-                let (sin_u, du) = self.optics.u_of_spine(0.5 * (from + to) + half * node);
-                let weight = weight * half * du * self.optics.fade(sin_u);
-                sum.add(self.section(sin_u, wo), weight);
-            }
-        }
+        let sum = self.along_arc(&self.bends_along(wo), |sin_u, _| self.section(sin_u, wo));
         sum.times(0.25 / self.optics.sin_conic)
     }
 
-    /// The integral over the section at an inclination.
-    fn section(&self, sin_u: f64, wo: DVec3) -> Affine<f64> {
+    /// `∫ [S − (w/l) sin u_max (S − cos v)] g du` between `bounds`, the integrand fading towards the ends of
+    /// the segment, for `g(sin u, cos u)` and its product with cos v.
+    ///
+    /// What is weighted by S has nodes that are even along the spine, where its bend is no peak.
+    fn along_arc(&self, bounds: &[f64], g: impl Fn(f64, f64) -> [f64; 2]) -> Affine<f64> {
+        let optics = &self.optics;
+        let (mut bent, mut level) = (0.0, 0.0);
+        let length = optics.spine_of_u(self.u_max);
+        for pair in bounds.windows(2) {
+            let (from, to) = (pair[0], pair[1]);
+            let half = 0.5 * (to - from);
+            for &(node, weight) in self.arc.of(half / self.u_max) {
+                let (sin_u, cos_u) = (0.5 * (from + to) + half * node).sin_cos();
+                let weight = weight * half * optics.fade(sin_u);
+                let [value, of_level] = g(sin_u, cos_u);
+                level += weight * of_level;
+                if optics.is_circle() {
+                    bent += weight * value;
+                }
+            }
+            if optics.is_circle() {
+                continue;
+            }
+            let cuts = [from, -optics.sharp_below(), optics.sharp_below(), to];
+            let cuts = cuts.map(|u| optics.spine_of_u(u.clamp(from, to)));
+            for pair in cuts.windows(2) {
+                let (from, to) = (pair[0], pair[1]);
+                let half = 0.5 * (to - from);
+                // What is short along the spine may bend a lot.
+                let share = if half > 0.0 { (half / length).max(0.4) } else { 0.0 };
+                for &(node, weight) in self.arc.of(share) {
+                    let (u, du) = optics.u_of_spine(0.5 * (from + to) + half * node);
+                    let (sin_u, cos_u) = u.sin_cos();
+                    let weight = weight * half * du * optics.fade(sin_u);
+                    bent += weight * optics.bend(sin_u) * g(sin_u, cos_u)[0];
+                }
+            }
+        }
+        Affine { base: bent, slope: optics.sin_conic * (bent - level) }
+    }
+
+    /// The inclinations between which the integral over the section is smooth, in order, rad.
+    fn bends_along(&self, wo: DVec3) -> [f64; 7] {
+        let optics = &self.optics;
+        // Up to the inclination at which the middle of the yarn turns away from `wo`, and beyond: for
+        // grazing directions almost nothing of one part is seen.
+        let edge = wo.z.atan2(wo.y.abs()) * -wo.y.signum();
+        // Where the highlight of filaments begins to fade.
+        let fading = optics.fades_from();
+        // Where the cone of directions that untwisted fibres reflect sinks below the surface.
+        let sinks = [wo.y - 1.0, wo.y + 1.0]
+            .map(|y| if optics.sin_psi.abs() < 0.2 { y.atan2(wo.z) } else { edge });
+        let bounds = [-self.u_max, -fading, edge, sinks[0], sinks[1], fading, self.u_max];
+        let mut bounds = bounds.map(|u| u.clamp(-self.u_max, self.u_max));
+        bounds.sort_by(f64::total_cmp);
+        bounds
+    }
+
+    /// The integral over the section at an inclination, and that of the product with cos v.
+    fn section(&self, sin_u: f64, wo: DVec3) -> [f64; 2] {
         let cos_u = (1.0 - sin_u * sin_u).sqrt();
-        // The part of the section that faces `wo`, at whose edge the integrand has a kink.
+        self.across_section([-FRAC_PI_2, FRAC_PI_2], sin_u, cos_u, wo)
+    }
+
+    /// [`Integrals::section`] from one angle v to another.
+    fn across_section(&self, [from, to]: [f64; 2], sin_u: f64, cos_u: f64, wo: DVec3) -> [f64; 2] {
+        // The part that faces `wo`, at whose edge the integrand has a kink.
         let centre = wo.x.atan2(sin_u * wo.y + cos_u * wo.z);
-        let from = (centre - FRAC_PI_2).max(-FRAC_PI_2);
-        let to = (centre + FRAC_PI_2).min(FRAC_PI_2);
-        let half = 0.5 * (to - from);
-        let mut sum = Affine::default();
-        for &(node, weight) in self.section.iter().filter(|_| half > 0.0) {
-            let (sin_v, cos_v) = (0.5 * (from + to) + half * node).sin_cos();
-            sum.add(self.place(sin_u, cos_u, sin_v, cos_v, wo), weight * half);
+        let mut start = from.max(centre - FRAC_PI_2);
+        let last = to.min(centre + FRAC_PI_2);
+        let mut sum = [0.0; 2];
+        for end in self.sinks_around(sin_u, cos_u, wo).into_iter().flatten().chain([last]) {
+            let end = end.min(last);
+            let half = 0.5 * (end - start);
+            for &(node, weight) in self.section.of(half * FRAC_2_PI) {
+                let (sin_v, cos_v) = (0.5 * (start + end) + half * node).sin_cos();
+                let value = weight * half * self.reflected([sin_u, cos_u], [sin_v, cos_v], wo);
+                sum[0] += value;
+                sum[1] += value * cos_v;
+            }
+            start = start.max(end);
         }
         sum
+    }
+
+    /// The angles around the section, in order, at which the cone of directions that the fibres
+    /// reflect sinks below the surface: `(t·wo)² + t_z² = 1`. There the integrand bends.
+    fn sinks_around(&self, sin_u: f64, cos_u: f64, wo: DVec3) -> [Option<f64>; 4] {
+        let mut found = [None; 4];
+        if self.optics.sin_psi == 0.0 {
+            return found;
+        }
+        // t is linear in cos v and sin v.
+        let t = |sin_v, cos_v| {
+            let t = vector(self.optics.tangent(sin_u, cos_u, sin_v, cos_v));
+            (t.dot(wo), t.z)
+        };
+        let (base, cosine, sine) = (t(0.0, 0.0), t(0.0, 1.0), t(1.0, 0.0));
+        let (cosine, sine) =
+            ((cosine.0 - base.0, cosine.1 - base.1), (sine.0 - base.0, sine.1 - base.1));
+        let depth = |(sin, cos): (f64, f64)| {
+            let along = base.0 + cos * cosine.0 + sin * sine.0;
+            let z = base.1 + cos * cosine.1 + sin * sine.1;
+            let d_along = cos * sine.0 - sin * cosine.0;
+            let d_z = cos * sine.1 - sin * cosine.1;
+            (along * along + z * z - 1.0, 2.0 * (along * d_along + z * d_z))
+        };
+        let mut count = 0;
+        let mut last = depth(self.around[0].1).0;
+        for pair in self.around.windows(2) {
+            let next = depth(pair[1].1).0;
+            if (last < 0.0) != (next < 0.0) && count < found.len() {
+                let (low, high) = (pair[0].0, pair[1].0);
+                let v = low + (high - low) * last / (last - next);
+                let (value, slope) = depth(v.sin_cos());
+                let newton = v - value / slope;
+                found[count] = Some(if newton >= low && newton <= high { newton } else { v });
+                count += 1;
+            }
+            last = next;
+        }
+        found
     }
 
     /// Directional albedo of the highlight for `wo` at the point (`x`, `y`) of the segment.
@@ -168,30 +268,31 @@ impl Integrals {
         let optics = &self.optics;
         let (sin_u, cos_u, du_dy) = optics.along(y);
         let (sin_v, cos_v, dv_dx) = optics.across(x);
-        let (from, to, strength) = match optics.spread {
+        let affine = |[value, level]: [f64; 2]| {
+            let base = value * optics.bend(sin_u);
+            Affine { base, slope: optics.sin_conic * (base - level) }
+        };
+        match optics.spread {
             Spread::Rough { .. } => {
-                return self.place(sin_u, cos_u, sin_v, cos_v, wo).times(du_dy * dv_dx);
+                let value = self.reflected([sin_u, cos_u], [sin_v, cos_v], wo);
+                affine([value, value * cos_v]).times(du_dy * dv_dx)
             }
             Spread::Staple { delta, .. } => {
                 let (low, high) = window(x, delta);
-                (optics.v_of_x(low), optics.v_of_x(high), du_dy / delta)
+                let part = [optics.v_of_x(low), optics.v_of_x(high)];
+                affine(self.across_section(part, sin_u, cos_u, wo)).times(0.5 * du_dy / delta)
             }
             Spread::Filament { delta, .. } => {
                 let (low, high) = window(y, delta);
-                (optics.u_of_y(low), optics.u_of_y(high), dv_dx / (delta * optics.sin_conic))
-            }
-        };
-        let mut sum = Affine::default();
-        for &(node, weight) in &self.window {
-            let (sin, cos) = (0.5 * (from + to) + 0.5 * (to - from) * node).sin_cos();
-            if let Spread::Filament { .. } = optics.spread {
-                let fade = optics.fade(sin);
-                sum.add(self.place(sin, cos, sin_v, cos_v, wo), weight * fade);
-            } else {
-                sum.add(self.place(sin_u, cos_u, sin, cos, wo), weight);
+                let (from, to) = (optics.u_of_y(low), optics.u_of_y(high));
+                let bounds = self.bends_along(wo).map(|u| u.clamp(from, to));
+                let sum = self.along_arc(&bounds, |sin_u, cos_u| {
+                    let value = self.reflected([sin_u, cos_u], [sin_v, cos_v], wo);
+                    [value, value * cos_v]
+                });
+                sum.times(0.5 * dv_dx / (delta * optics.sin_conic))
             }
         }
-        sum.times(0.25 * (to - from) * strength)
     }
 
     /// The point (x, y) of the segment for a point of the unit square, so spread that a search over
@@ -210,26 +311,28 @@ impl Integrals {
         (x, centred.y)
     }
 
-    /// `[S − (w/l) sin u_max (S − cos v)] ∫ f_c pq/(p+q) cos θi dφ` at (u, v), over the cone of
-    /// directions that the fibre reflects into `wo` or, for rough fibres, all about it.
-    fn place(&self, sin_u: f64, cos_u: f64, sin_v: f64, cos_v: f64, wo: DVec3) -> Affine<f64> {
+    /// `∫ f_c pq/(p+q) cos θi dφ` at an inclination and an angle, given by sine and cosine, over the
+    /// cone of directions that the fibre reflects into `wo` or, for rough fibres, all about it.
+    fn reflected(&self, [sin_u, cos_u]: [f64; 2], [sin_v, cos_v]: [f64; 2], wo: DVec3) -> f64 {
         let n = vector(normal(sin_u, cos_u, sin_v, cos_v));
-        if n.dot(wo) <= 0.0 {
-            return Affine::default();
+        let q = n.dot(wo);
+        if q <= 0.0 {
+            return 0.0;
         }
         let t = vector(self.optics.tangent(sin_u, cos_u, sin_v, cos_v));
-        let fibre = Fibre { n, t, wo };
-        let value = match &self.spread {
-            None => self.cone(&fibre, -t.dot(wo)),
+        let along = t.dot(wo);
+        let e1 = (wo - along * t).try_normalize().unwrap_or_else(|| t.any_orthonormal_vector());
+        let e2 = t.cross(e1);
+        let fibre = Fibre { along, t_z: t.z, n: [e1, e2].map(|e| n.dot(e)), z: [e1.z, e2.z], q };
+        match &self.spread {
+            None => self.cone(&fibre, -along),
             Some(levels) => self.cones(&fibre, levels),
-        };
-        let bend = self.optics.bend(sin_u);
-        Affine { base: value * bend, slope: value * self.optics.sin_conic * (bend - cos_v) }
+        }
     }
 
     /// The integral over all cones about a rough fibre.
     fn cones(&self, fibre: &Fibre, levels: &[Vec<(f64, f64)>]) -> f64 {
-        let so = fibre.t.dot(fibre.wo).clamp(-1.0, 1.0);
+        let so = fibre.along.clamp(-1.0, 1.0);
         let position = (so.asin() + FRAC_PI_2) / PI * (levels.len() - 1) as f64;
         let level = (position as usize).min(levels.len() - 2);
         let share = position - level as f64;
@@ -244,28 +347,13 @@ impl Integrals {
 
     /// `∫ f_c pq/(p+q) cos θi dφ` over the cone of directions with `t·wi` = `along`.
     fn cone(&self, fibre: &Fibre, along: f64) -> f64 {
-        let &Fibre { n, t, wo } = fibre;
-        let q = n.dot(wo);
-        let along_o = t.dot(wo);
-        let e1 = (wo - along_o * t).try_normalize().unwrap_or_else(|| t.any_orthonormal_vector());
-        let e2 = t.cross(e1);
         let radius = (1.0 - along * along).max(0.0).sqrt();
-        let radius_o = (1.0 - along_o * along_o).max(0.0).sqrt();
-        let (n1, n2) = (radius * n.dot(e1), radius * n.dot(e2));
-        let (z0, z1, z2) = (along * t.z, radius * e1.z, radius * e2.z);
-        let from_cone = 1.0 + along * along_o - radius * radius_o;
-        let nodes = self.azimuths.on_cone(radius * radius_o, from_cone);
-        // Four sums side by side, since the order of a single one would keep the processor from
-        // adding lanes at once.
-        let mut sums = [0.0; 4];
-        for nodes in nodes.chunks(4) {
-            for (sum, node) in sums.iter_mut().zip(nodes) {
-                let p = (node.cos * n1 + node.sin * n2).max(0.0);
-                let z = (z0 + node.cos * z1 + node.sin * z2).max(0.0);
-                *sum += node.weight * z * p / (p + q);
-            }
-        }
-        sums.iter().sum::<f64>() * q
+        let radius_o = (1.0 - fibre.along * fibre.along).max(0.0).sqrt();
+        let [n1, n2] = fibre.n.map(|n| n * radius);
+        let [z1, z2] = fibre.z.map(|z| z * radius);
+        let turn = Turn { p: [-n1, n1, n2], z: [along * fibre.t_z - z1, z1, z2], q: fibre.q };
+        let from_cone = 1.0 + along * fibre.along - radius * radius_o;
+        self.rings.integral(&turn, radius * radius_o, from_cone)
     }
 }
 
@@ -273,7 +361,7 @@ impl Integrals {
 /// fibre.
 fn spread_levels(sigma: f64, count: usize) -> Vec<Vec<(f64, f64)>> {
     const STEPS: usize = 128;
-    let rule = gauss_legendre(count);
+    let rule = gauss_legendre(count.div_ceil(2));
     let variance = sigma * sigma;
     let spread = [1.0 / variance, 1.0 / (variance * -(-2.0 / variance).exp_m1())];
     // M depends on the two inclinations alone.
@@ -282,15 +370,19 @@ fn spread_levels(sigma: f64, count: usize) -> Vec<Vec<(f64, f64)>> {
     (0..=STEPS)
         .map(|step| {
             let seen_from = PI * (step as f64 / STEPS as f64 - 0.5);
-            // Beyond 3½ standard deviations there is less than 10⁻³.
+            // Beyond 3½ standard deviations there is less than 10⁻³. Each side has its own rule: for
+            // grazing directions, one of them is below the surface.
             let from = (-seen_from - 3.5 * sigma).max(-FRAC_PI_2);
             let to = (-seen_from + 3.5 * sigma).min(FRAC_PI_2);
-            let mut nodes: Vec<(f64, f64)> = rule
-                .iter()
-                .map(|&(node, weight)| {
-                    let angle = 0.5 * (from + to) + 0.5 * (to - from) * node;
-                    let density = longitudinal(spread, axis, at(angle), at(seen_from));
-                    (angle.sin(), weight * angle.cos() * density)
+            let sides = [[from, -seen_from], [-seen_from, to]];
+            let mut nodes: Vec<(f64, f64)> = sides
+                .into_iter()
+                .flat_map(|[from, to]| {
+                    rule.iter().map(move |&(node, weight)| {
+                        let angle = 0.5 * (from + to) + 0.5 * (to - from) * node;
+                        let density = longitudinal(spread, axis, at(angle), at(seen_from));
+                        (angle.sin(), 0.5 * (to - from) * weight * angle.cos() * density)
+                    })
                 })
                 .collect();
             let sum: f64 = nodes.iter().map(|&(_, weight)| weight).sum();
@@ -324,6 +416,24 @@ fn crowded(n: usize, power: f64) -> Vec<(f64, f64)> {
             ((a - b) / (a + b), weight * slope)
         })
         .collect()
+}
+
+/// Rules for the parts of an interval.
+struct Rules(Vec<Vec<(f64, f64)>>);
+
+impl Rules {
+    /// Crowded rules of 1 to `n` nodes.
+    fn new(n: usize, power: f64) -> Self {
+        Self((1..=n).map(|n| crowded(n, power)).collect())
+    }
+
+    /// The rule for a part that is `share` of the interval.
+    fn of(&self, share: f64) -> &[(f64, f64)] {
+        let count = self.0.len();
+        let n = (count as f64 * share.clamp(0.0, 1.0).sqrt()).ceil() as usize;
+        // Nothing to integrate takes no node.
+        if share < 1e-9 { &[] } else { &self.0[n.min(count) - 1] }
+    }
 }
 
 /// Nodes and weights of the Gauss–Legendre rule of `n` points on [−1, 1].

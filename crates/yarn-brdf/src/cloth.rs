@@ -190,7 +190,8 @@ impl Cloth {
         yarn: &Yarn,
     ) -> Result<Self, ClothError> {
         let yarn = PartialYarn { color: None, size: None, ..PartialYarn::from(yarn) };
-        Fabric { yarn, ..Fabric::default() }.cloth(weave, ends, picks)
+        let mapping = Mapping::default();
+        Fabric { yarn, mapping, ..Fabric::default() }.cloth(weave, ends, picks)
     }
 
     /// Size of one repeat, m: width along u and height along v.

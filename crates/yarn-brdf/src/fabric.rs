@@ -62,7 +62,8 @@ pub struct Fabric {
     pub yarn: PartialYarn,
     /// Yarn that differs, each for the threads that it names; later ones win.
     pub overrides: Vec<Override>,
-    /// How segments are laid on cylinders.
+    /// How segments are laid on cylinders: linear by default. Seen close, that shows each yarn as the
+    /// round thing it is, and with rough fibres the highlight stays bounded at the yarn's edges.
     pub mapping: Mapping,
     /// What the highlight is normalised to.
     #[cfg_attr(feature = "serde", serde(with = "ModeName"))]
@@ -117,7 +118,7 @@ impl Default for Fabric {
         Self {
             yarn: PartialYarn::default(),
             overrides: Vec::new(),
-            mapping: Mapping::default(),
+            mapping: Mapping::Linear,
             normalization: Mode::default(),
             combination: Combination::default(),
             steep: Steep::default(),
@@ -133,14 +134,14 @@ const DEFAULT_TINT: f64 = 0.6;
 
 impl Fabric {
     /// The yarn of threads of which nothing but colour and size is known: slightly twisted and lying
-    /// flat, between the staple of wool and the filament of silk, so that floats shine across their
-    /// direction. Where the [tint](PartialYarn::tint) of the highlight is open too, it is 0.6.
+    /// flat, of rough fibres between the staple of wool and the filament of silk, so that floats shine
+    /// across their direction. Where the [tint](PartialYarn::tint) of the highlight is open too, it is 0.6.
     pub fn default_yarn() -> Yarn {
         Yarn {
             u_max: 0.3,
             psi: 0.2,
             specular: [0.3; 3],
-            highlight: Highlight::Window { delta: 0.5 },
+            highlight: Highlight::Rough { sigma: 0.15 },
             ..Yarn::default()
         }
     }
@@ -412,7 +413,7 @@ mod tests {
     fn one_number_of_a_choice_can_be_overridden() {
         let phase = Phase::WrappedCauchy { rho: 0.3, is_backward: true };
         let fabric = Fabric {
-            yarn: PartialYarn { beta: Some(9.0), delta: Some(0.7), ..open() },
+            yarn: PartialYarn { beta: Some(9.0), sigma: Some(0.7), ..open() },
             overrides: vec![
                 Override {
                     is_warp: Some(true),
@@ -431,7 +432,7 @@ mod tests {
         assert_eq!(red.phase, Phase::WrappedCauchy { rho: 0.4, is_backward: true });
         assert_eq!(blue.phase, Phase::VonMises { alpha: 0.2, beta: 9.0 });
         assert_eq!(pick.phase, Phase::VonMises { alpha: 0.05, beta: 9.0 });
-        assert_eq!(pick.highlight, Highlight::Window { delta: 0.7 });
+        assert_eq!(pick.highlight, Highlight::Rough { sigma: 0.7 });
     }
 
     #[test]
@@ -475,8 +476,8 @@ mod tests {
             "override 2: kappa: -1, expected -0.999 to 1000"
         );
         assert_eq!(
-            text(of_rule(Override { yarn: PartialYarn { sigma: Some(0.1), ..open() }, ..d() })),
-            "override 2: sigma: found a yarn with another kind of highlight, expected rough"
+            text(of_rule(Override { yarn: PartialYarn { delta: Some(0.1), ..open() }, ..d() })),
+            "override 2: delta: found a yarn with another kind of highlight, expected window"
         );
         assert_eq!(
             text(of_rule(Override { threads: Some([0, 4]), ..d() })),

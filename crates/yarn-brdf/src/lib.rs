@@ -9,7 +9,9 @@
 //! f = k a T + diffuse      T = f_c(phase) · A(attenuation) · G(geometry) · χ(window) / (δ w l)
 //! ```
 //!
-//! The factor a makes the highlight reflect at most what it receives (equation 2), for every segment
+//! That line is spread over the segment by a window χ or, with [`Highlight::Rough`], by fibres that
+//! blur it themselves: then G χ / δ is a density M(t·wi, t·wo) at the point itself, whose mean over
+//! the segment tends to the same as the blur goes to 0. The factor a makes the highlight reflect at most what it receives (equation 2), for every segment
 //! or at every point.
 //!
 //! ```text
@@ -44,7 +46,10 @@
 //! - The argument of the phase function is the azimuth about the fibre ([`Phase`]), so that it is
 //!   normalised on every cone, and the scattering is forward.
 //! - The highlight is divided by the area of its segment: long floats are not brighter than short
-//!   ones.
+//!   ones. The area is in metres, so that cells need not be square.
+//! - Fibres may be rough ([`Highlight::Rough`]). The window draws a patch with hard edges and 1/δ of
+//!   the segment's light; rough fibres shade the yarn smoothly, need no case for untwisted yarn, and
+//!   are sampled with less noise. They are what [`Fabric`] assumes where nothing is said.
 //! - The diffuse gets what the highlight leaves ([`Combination::Layered`]); the paper's mix can be
 //!   selected.
 //! - Equation 2 is maximised over the albedo of a segment by default ([`Mode::Segment`]).
@@ -54,11 +59,18 @@
 //! # References
 //!
 //! - Abramowitz & Stegun 1964, *Handbook of mathematical functions*
+//! - Best & Fisher 1979, *Efficient simulation of the von Mises distribution*
+//! - d'Eon, Francois, Hill, Letteri & Aubry 2011, *An energy-conserving hair reflectance model*
+//! - d'Eon, Marschner & Hanika 2013, *Importance sampling for physically-based hair fiber models*
+//! - Irawan 2008, *Appearance of woven cloth*
 //! - Irawan & Marschner 2012, *Specular reflection from woven cloth*,
 //!   [doi:10.1145/2077341.2077352](https://doi.org/10.1145/2077341.2077352)
 //! - Kelemen & Szirmay-Kalos 2001, *A microfacet based coupled specular-matte BRDF model with
 //!   importance sampling*
 //! - Nelson, McEvoy & Fratarcangeli 2016, *Practical offline rendering of woven cloth*
+//! - Perlin 2002, *Improving noise*
+//! - Steele, Lea & Flood 2014, *Fast splittable pseudorandom number generators*
+//! - Veach 1997, *Robust Monte Carlo methods for light transport simulation*
 
 mod albedo;
 mod azimuth;
@@ -77,6 +89,7 @@ mod place;
 mod quadrature;
 mod real;
 mod reflectance;
+mod ring;
 mod rough;
 mod sampling;
 mod segment;
@@ -84,6 +97,7 @@ mod shader;
 mod staple;
 #[cfg(test)]
 mod tests;
+mod table;
 mod texture;
 mod threads;
 mod weave;

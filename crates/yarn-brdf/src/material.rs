@@ -7,13 +7,14 @@ use glam::DVec3;
 use selvedge_normalize::scale::{Mode, ScaleError};
 
 use crate::albedo::Affine;
+use crate::azimuth::AzimuthSampler;
 use crate::cloth::{Cloth, ClothError, Steep};
 use crate::frame::Vector;
 use crate::noise::MAX_INTENSITY;
-use crate::azimuth::AzimuthSampler;
 use crate::real::Real;
-use crate::reflectance::{Reflectance, Subject, cosine_mean};
+use crate::reflectance::{Reflectance, Subject};
 use crate::segment::{Mapping, Optics, normal, shaded_angles};
+use crate::table::cosine_mean;
 use crate::texture::{Target, Texture};
 use crate::yarn::{Diffuse, Yarn};
 

@@ -1,7 +1,7 @@
 //! Phase functions: how light turns about a fibre.
 
 use core::f64::consts::PI;
-use std::{borrow::Cow, sync::Arc};
+use std::sync::Arc;
 
 use crate::frame::Vector;
 use crate::parameter::ParamError;
@@ -368,145 +368,8 @@ fn across<R: Real>(w: Vector<R>, t: Vector<R>) -> Vector<R> {
     w.plus(t.times(-w.dot(t)))
 }
 
-/// Nodes (cos Δφ, sin Δφ) and weights for integrals over the cone against the phase function.
-#[derive(Clone, Debug)]
-pub(crate) struct AzimuthNodes {
-    nodes: Vec<AzimuthNode>,
-    /// For a phase function of the angle between the directions.
-    spatial: Option<Spatial>,
-}
-
-/// A node of [`AzimuthNodes`].
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct AzimuthNode {
-    pub(crate) cos: f64,
-    pub(crate) sin: f64,
-    pub(crate) weight: f64,
-}
-
-/// Nodes for `height · exp(−βc² (1 + cos Δφ))`, which is as wide as the inclination 1/c allows.
-#[derive(Clone, Debug)]
-struct Spatial {
-    beta: f64,
-    /// Nodes for c² = 1, ½, ¼ …, unweighted by the exponential, each with its 1 + cos Δφ.
-    levels: Vec<Vec<(AzimuthNode, f64)>>,
-}
-
-impl AzimuthNode {
-    fn new(angle: f64, weight: f64) -> Self {
-        Self { cos: angle.cos(), sin: angle.sin(), weight }
-    }
-}
-
-/// `count` angles in (−π, π), evenly spaced.
-fn even(count: usize) -> impl Iterator<Item = f64> {
-    (0..count).map(move |j| 2.0 * PI * (j as f64 + 0.5) / count as f64 - PI)
-}
-
-/// The `count` angles δ = 2 atan(k tan(τ/2)) for even τ, with 1 − cos δ and dδ/dτ.
-fn concentrated(k: f64, count: usize) -> impl Iterator<Item = (f64, f64, f64)> {
-    even(count).map(move |tau| {
-        let t = (0.5 * tau).tan();
-        let kt_sq = (k * t) * (k * t);
-        let from_peak = 2.0 * kt_sq / (1.0 + kt_sq);
-        (2.0 * (k * t).atan(), from_peak, k * (1.0 + t * t) / (1.0 + kt_sq))
-    })
-}
-
-impl AzimuthNodes {
-    /// Nodes for `phase`: `count` for the uniform part, and as many for the peak.
-    ///
-    /// The uniform part takes evenly spaced nodes, exact for trigonometric polynomials. The peak
-    /// takes nodes concentrated by the map of the wrapped Cauchy, so that any concentration is
-    /// resolved by the same number of nodes. Of a forward peak with long tails, the tails are all that
-    /// a yarn reflects: there, and for a table, sets of nodes of several concentrations are joined
-    /// (Veach 1997, the balance heuristic).
-    pub(crate) fn new(phase: &Phase, count: usize) -> Self {
-        let evenly = |share: f64| {
-            even(count).map(move |angle| AzimuthNode::new(angle, share / count as f64))
-        };
-        let mut nodes = Vec::new();
-        let mut spatial = None;
-        match *phase {
-            Phase::VonMises { alpha, beta } => {
-                if alpha > 0.0 {
-                    nodes.extend(evenly(alpha));
-                }
-                if alpha < 1.0 {
-                    let raw: Vec<(f64, f64)> = concentrated(von_mises_width(beta), count)
-                        .map(|(angle, from_peak, slope)| (angle, (-beta * from_peak).exp() * slope))
-                        .collect();
-                    let sum: f64 = raw.iter().map(|&(_, weight)| weight).sum();
-                    nodes.extend(raw.into_iter().map(|(angle, weight)| {
-                        AzimuthNode::new(PI + angle, (1.0 - alpha) * weight / sum)
-                    }));
-                }
-            }
-            Phase::VonMises3d { alpha, beta } => {
-                if alpha > 0.0 {
-                    nodes.extend(evenly(2.0 * PI * alpha));
-                }
-                let height = 1.0 / (count as f64 * pxfm::f_i0e(beta));
-                let level = |c_sq: f64| {
-                    concentrated(von_mises_width(beta * c_sq), count)
-                        .map(|(angle, from_peak, slope)| {
-                            (AzimuthNode::new(PI + angle, height * slope), from_peak)
-                        })
-                        .collect()
-                };
-                let count = (beta.max(1.0).log2().ceil() as i32) + 1;
-                let levels = (0..count).map(|k| level(0.5f64.powi(k))).collect();
-                spatial = Some(Spatial { beta, levels });
-            }
-            Phase::WrappedCauchy { rho, is_backward } => {
-                let peak = if is_backward { 0.0 } else { PI };
-                let mut widths = vec![cauchy_width(rho)];
-                while let Some(&width) = widths.last().filter(|&&width| width < 0.5) {
-                    widths.push((20.0 * width).min(1.0));
-                }
-                for &width in &widths {
-                    nodes.extend(concentrated(width, count).map(|(angle, from_peak, _)| {
-                        let density = |k: f64| k / (k * k * (2.0 - from_peak) + from_peak);
-                        let all: f64 = widths.iter().map(|&width| density(width)).sum();
-                        AzimuthNode::new(peak + angle, density(widths[0]) / all / count as f64)
-                    }));
-                }
-            }
-            Phase::Tabulated(ref table) => {
-                for j in 0..count {
-                    let share = (j as f64 + 0.5) / count as f64;
-                    for angle in [table.inverse(share), PI * share] {
-                        let density = table.at(angle);
-                        let weight = 0.5 * density / (density + 0.5 / PI) / count as f64;
-                        nodes.extend([angle, -angle].map(|angle| AzimuthNode::new(angle, weight)));
-                    }
-                }
-            }
-        }
-        Self { nodes, spatial }
-    }
-
-    /// The nodes for directions whose parts across the fibre have the product `c_sq`, and for which
-    /// 1 + wi·wo is `from_cone` at the least, 0 on the specular cone.
-    ///
-    /// `Σ weight·g ≈ ∫ f_c g dΔφ`, with weights that sum to the integral of the phase function, 1
-    /// but for [`Phase::VonMises3d`].
-    pub(crate) fn on_cone(&self, c_sq: f64, from_cone: f64) -> Cow<'_, [AzimuthNode]> {
-        let Some(Spatial { beta, levels }) = &self.spatial else {
-            return Cow::Borrowed(&self.nodes);
-        };
-        let level = (-c_sq.max(f64::MIN_POSITIVE).log2()).max(0.0) as usize;
-        let level = &levels[level.min(levels.len() - 1)];
-        let peak = level.iter().map(|(node, from_peak)| AzimuthNode {
-            weight: node.weight * (-beta * (c_sq * from_peak + from_cone)).exp(),
-            ..*node
-        });
-        Cow::Owned(self.nodes.iter().copied().chain(peak).collect())
-    }
-}
-
 /// About the standard deviation of a von Mises peak, rad, at most 1.
-fn von_mises_width(beta: f64) -> f64 {
+pub(crate) fn von_mises_width(beta: f64) -> f64 {
     1.0 / (1.0 + beta).sqrt()
 }
 
@@ -574,36 +437,6 @@ mod tests {
             let constants = phase.constants::<f64>();
             let found = integral(|phi| on_cone(&constants, degrees.to_radians(), phi));
             assert!((found - expected).abs() < 6e-3, "{degrees}: {found}, expected {expected}");
-        }
-    }
-
-    #[test]
-    fn nodes_integrate_a_smooth_function_against_the_phase() {
-        let g =
-            |phi: f64| 1.0 + 0.5 * phi.cos() + 0.2 * (2.0 * phi).sin() + 0.1 * (3.0 * phi).cos();
-        let spatial = [1.0, 30.0].map(|beta| Phase::VonMises3d { alpha: 0.02, beta });
-        for phase in phases().into_iter().chain(spatial) {
-            let constants = phase.constants::<f64>();
-            for inclination in [0.0f64, 1.2] {
-                let expected = integral(|phi| g(phi) * on_cone(&constants, inclination, phi));
-                let nodes = AzimuthNodes::new(&phase, 32);
-                let c = inclination.cos();
-                let found: f64 = nodes
-                    .on_cone(c * c, 0.0)
-                    .iter()
-                    .map(|node| node.weight * g(node.sin.atan2(node.cos)))
-                    .sum();
-                // These nodes are midpoints of equal shares.
-                let tolerance = if let Phase::Tabulated(_) | Phase::WrappedCauchy { .. } = phase {
-                    8e-3
-                } else {
-                    3e-4
-                };
-                assert!(
-                    (found - expected).abs() < tolerance,
-                    "{phase:?} at {inclination}: {found}, expected {expected}"
-                );
-            }
         }
     }
 

@@ -7,8 +7,8 @@ use glam::{DVec2, DVec3};
 use crate::albedo::{Affine, Integrals, Nodes};
 use crate::frame::{Vector, to_yarn};
 use crate::phase::Phase;
-use crate::reflectance::cosine_mean;
 use crate::shader::Shader;
+use crate::table::cosine_mean;
 use crate::weave::{Segment, Side};
 use crate::yarn::Yarn;
 
@@ -64,9 +64,7 @@ impl Shader {
             let [of_peak, of_uniform] = place.specular.map(DVec3::from_array);
             let diffuse = PI * cosine_mean(1.0, |wi| self.diffuse(place, divisor, wi, wo));
             place.opacity
-                * (of_peak * peak
-                    + of_uniform * uniform
-                    + DVec3::from_array(place.color) * diffuse)
+                * (of_peak * peak + of_uniform * uniform + DVec3::from_array(place.color) * diffuse)
         });
         albedo.unwrap_or(DVec3::ZERO)
     }

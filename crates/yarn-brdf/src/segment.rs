@@ -90,11 +90,16 @@ pub(crate) struct Optics<R> {
     pub(crate) phase: PhaseConstants<R>,
 }
 
+/// Least inclination with which a yarn whose spine is no circle is shaded, rad.
+const CONIC_U_MAX: f64 = 1e-6;
+
 /// The inclination and twist with which `yarn` is shaded, in rad.
 ///
 /// A straight piece has u_max = 0; filaments have ψ = 0 and u_max ≥ [`FILAMENT_U_MAX`].
 pub(crate) fn shaded_angles(yarn: &Yarn, is_straight: bool) -> (f64, f64) {
     let u_max = if is_straight { 0.0 } else { yarn.u_max };
+    // At 0 there would be no telling where on the conic a point lies.
+    let u_max = if yarn.kappa == 0.0 || is_straight { u_max } else { u_max.max(CONIC_U_MAX) };
     if yarn.is_filament() { (u_max.max(FILAMENT_U_MAX), 0.0) } else { (u_max, yarn.psi) }
 }
 
@@ -263,29 +268,51 @@ impl Optics<f64> {
         }
     }
 
-    /// Position along the spine, in [−1, 1] on the conic, at an inclination: `t √((1 + c)/(1 + c t²))`,
-    /// and beyond the conic as if it were a circle.
-    pub(crate) fn spine_of_u(&self, sin_u: f64) -> f64 {
-        let t = sin_u * self.inv_sin_conic;
+    /// Whether the spine is an arc of a circle.
+    pub(crate) fn is_circle(&self) -> bool {
+        self.conic.is_none()
+    }
+
+    /// The inclination up to which a spine bends that is nearly straight further out, rad: that at
+    /// 1½ radii from its middle; u_max if the spine is rounder.
+    pub(crate) fn sharp_below(&self) -> f64 {
         match self.conic {
-            Some((c, top)) if t.abs() < 1.0 => t * top / (1.0 + c * t * t).sqrt(),
-            _ => t,
+            // t = w/√(1 + c − c w²) at w = 1.5 √(1 + c).
+            Some((c, _)) if c < -0.5 => (1.5 / (1.0 - 2.25 * c).sqrt() * self.sin_conic).asin(),
+            _ => self.u_max,
         }
     }
 
-    /// The inverse of [`Optics::spine_of_u`], as sin u, and du per step along the spine.
-    pub(crate) fn u_of_spine(&self, w: f64) -> (f64, f64) {
-        let (t, slope) = match self.conic {
-            Some((c, top)) if w.abs() < 1.0 => {
-                // dw/dt is S.
-                let t = w / (top * top - c * w * w).sqrt();
-                let d = 1.0 + c * t * t;
-                (t, d * d.sqrt() / top)
-            }
-            _ => (w, 1.0),
-        };
-        let sin_u = (t * self.sin_conic).clamp(-1.0, 1.0);
-        (sin_u, slope * self.sin_conic / (1.0 - sin_u * sin_u).sqrt())
+    /// Position along the spine at the inclination u, as the inclination, rad, at which a circle of
+    /// the same ends is there: on the conic `sin η = sin u √((1 + c)/(1 + c t²))`, and beyond it as fast
+    /// as at its end.
+    pub(crate) fn spine_of_u(&self, u: f64) -> f64 {
+        let Some((c, top)) = self.conic else { return u };
+        let end = self.fades_from();
+        if u.abs() < end {
+            let t = u.sin() * self.inv_sin_conic;
+            (u.sin() * top / (1.0 + c * t * t).sqrt()).clamp(-1.0, 1.0).asin()
+        } else {
+            (end + (u.abs() - end) / (1.0 + c)).copysign(u)
+        }
+    }
+
+    /// The inverse of [`Optics::spine_of_u`], and du per step along the spine.
+    pub(crate) fn u_of_spine(&self, eta: f64) -> (f64, f64) {
+        let Some((c, top)) = self.conic else { return (eta, 1.0) };
+        let end = self.fades_from();
+        if eta.abs() < end {
+            let (sin, cos) = eta.sin_cos();
+            let w = sin * self.inv_sin_conic;
+            let sin_u = (sin / (top * top - c * w * w).sqrt()).clamp(-1.0, 1.0);
+            let t = sin_u * self.inv_sin_conic;
+            let d = 1.0 + c * t * t;
+            let u = sin_u.asin();
+            // dη/du is S cos u / cos η.
+            (u, d * d.sqrt() / top * cos / u.cos())
+        } else {
+            ((end + (eta.abs() - end) * (1.0 + c)).copysign(eta), 1.0 + c)
+        }
     }
 }
 

@@ -116,7 +116,7 @@ impl Threads {
 
     fn greatest_size(&self, index: usize, cloth: &Cloth) -> f64 {
         match &self.fill {
-            Fill::Varying { .. } => 1.0,
+            Fill::Varying { types, .. } => types[index].greatest_size(),
             Fill::Touching | Fill::Constant(_) => cloth.yarns[index].size,
         }
     }
@@ -151,31 +151,43 @@ impl Sizes for Moving<'_> {
     }
 }
 
+/// 1 less than the golden ratio: its multiples, modulo 1, are as even as any.
+const GOLDEN: f64 = 0.618_033_988_749_894_8;
+
 impl Varying {
+    /// The greatest diameter over pitch, at most.
+    fn greatest_size(&self) -> f64 {
+        let noise = &self.noise;
+        let slub = if self.chance > 0.0 { noise.slub_height } else { 0.0 };
+        (self.size * (1.0 + noise.width) * (1.0 + slub)).min(1.0)
+    }
+
     /// Diameter and shift of the thread `line` at `point`.
     fn at(&self, line: Line, point: ThreadPoint) -> Local {
         let axis = usize::from(point.is_warp);
         // In whole steps of noise and a rest, so that nothing is lost far from the origin: the
         // product of the whole part is exact enough in f64 up to 10⁹ repeats.
-        let split = |per_cell: f64| {
-            let position = (point.cell as f64 + point.fraction) * per_cell;
+        let split = |per_cell: f64, start: f64| {
+            let position = (point.cell as f64 + point.fraction) * per_cell + start;
             let whole = position.floor();
             (whole as i64, position - whole)
         };
+        // Every thread starts elsewhere: the zeros of gradient noise would line up across the cloth.
+        let start = line.index as f64 * GOLDEN;
         let noise = &self.noise;
         let mut size = self.size;
         if noise.width > 0.0 {
-            let (cell, fraction) = split(self.waves_per_cell[axis]);
+            let (cell, fraction) = split(self.waves_per_cell[axis], start);
             size *= 1.0 + noise.width * line.gradient(Use::Width, cell, fraction);
         }
         if self.chance > 0.0 && noise.slub_height > 0.0 {
-            let (cell, fraction) = split(self.slubs_per_cell[axis]);
+            let (cell, fraction) = split(self.slubs_per_cell[axis], start);
             size *= 1.0 + noise.slub_height * line.slub(self.chance, cell, fraction);
         }
         let size = size.clamp(0.01, 1.0);
         let mut offset = 0.0;
         if noise.offset > 0.0 {
-            let (cell, fraction) = split(self.waves_per_cell[axis]);
+            let (cell, fraction) = split(self.waves_per_cell[axis], start + 0.5);
             let room = 0.5 * (1.0 - size);
             let shift = noise.offset * self.size * line.gradient(Use::Offset, cell, fraction);
             offset = shift.clamp(-room, room);

@@ -7,7 +7,10 @@ use crate::phase::Phase;
 ///
 /// The drawn highlight of a twisted yarn narrows to a strip of width ψ and height 1/ψ; below this
 /// twist (1.7°) the limit ψ = 0 is evaluated instead, which carries the same energy without the
-/// spike.
+/// spike. As the mean over a segment shows, the step at the switch is small in energy: at most 2.5 % of
+/// the greatest directional albedo. In single directions it is that of an edge which sharpens, where the
+/// highlight ends with the segment: on average over directions, 0.02 + 0.0125/u_max of the mean far
+/// field (14 % at u_max = 0.1, 4 % at 0.5). [`Highlight::Rough`] knows no switch.
 pub const FILAMENT_PSI: f64 = 0.03;
 
 /// Least inclination at which an untwisted yarn with a drawn highlight is shaded, rad.
@@ -104,7 +107,8 @@ pub struct Noise {
     pub fineness: f64,
     /// Greatest change of u_max from segment to segment: rad, in [0, 0.5].
     pub u_max: f64,
-    /// Greatest relative change of the diameter along the thread: 1, in [0, 0.5].
+    /// Greatest relative change of the diameter along the thread: 1, in [0, 0.5]. No thread grows
+    /// beyond its pitch: where threads touch, they can only become thinner.
     pub width: f64,
     /// Greatest sideways shift of the thread, in diameters: 1, in [0, 0.25].
     pub offset: f64,

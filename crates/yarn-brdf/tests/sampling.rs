@@ -522,3 +522,25 @@ fn every_number_is_a_safe_argument() {
         assert_eq!(shader.sample(*uv, Vec3::X, [0.5; 3]), None, "{case}");
     });
 }
+
+#[test]
+fn tabulated_albedo_bounds_that_of_the_segment_closely() {
+    let differences: Vec<f64> = CASES
+        .par_iter()
+        .filter(|case| case.wo.z > 0.0 && case.yarn.noise == Noise::default())
+        .filter(|case| case.yarn.diffuse == Diffuse::Flat && case.yarn.specular_uniform.is_none())
+        .map(|case| {
+            let Case { shader, uv, wo, .. } = case;
+            let found = shader.albedo(*uv, *wo).as_dvec3();
+            let expected = shader.albedo_of_segment(*uv, wo.as_dvec3());
+            let difference = found - expected;
+            assert!(
+                difference.min_element() > -3e-3 && difference.max_element() < 0.03,
+                "{found}, expected {expected} to 0.03 more: {case}"
+            );
+            difference.max_element()
+        })
+        .collect();
+    let greatest = differences.iter().copied().fold(0.0, f64::max);
+    println!("{} albedos at most {greatest:.4} above the yardstick", differences.len());
+}
