@@ -265,23 +265,23 @@ impl Types<'_> {
             // The mean of equal pitches differs from them by rounding.
             let size = if size > 1.0 - 1e-9 { 1.0 } else { size };
             let overrides = self.fabric.overrides.iter().enumerate();
-            let rules = overrides
+            let rules: Vec<_> = overrides
                 .filter(|(_, rule)| rule.matches(is_warp, number, thread))
                 .map(|(index, _)| index)
                 .collect();
-            self.find(rules, thread.color, size)
+            self.find(&rules, thread.color, size)
         };
         threads.iter().zip(1..).map(index).collect()
     }
 
-    fn find(&mut self, rules: Vec<usize>, color: [f32; 3], size: f64) -> Result<u16, ClothError> {
+    fn find(&mut self, rules: &[usize], color: [f32; 3], size: f64) -> Result<u16, ClothError> {
         let overrides = &self.fabric.overrides;
         let layers = || {
             let of_rules = rules.iter().map(|&index| (Some(index), &overrides[index].yarn));
             [(None, &self.fabric.yarn)].into_iter().chain(of_rules)
         };
         let key = (
-            rules.clone(),
+            rules.to_vec(),
             layers().all(|(_, layer)| layer.color.is_none()).then(|| color.map(f32::to_bits)),
             layers().all(|(_, layer)| layer.size.is_none()).then(|| size.to_bits()),
         );

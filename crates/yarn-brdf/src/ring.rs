@@ -68,9 +68,8 @@ impl Rings {
     ///
     /// The uniform part takes evenly spaced nodes, exact for trigonometric polynomials, unless the
     /// peak is so wide that its nodes serve both. The peak takes nodes concentrated by the map of the
-    /// wrapped Cauchy, so that any concentration is resolved by the same number of nodes. Of a forward
-    /// peak with long tails, the tails are all that a yarn reflects: there, and for a table, sets of
-    /// nodes of several concentrations are joined (Veach 1997, the balance heuristic).
+    /// wrapped Cauchy, so that any concentration is resolved by the same number of nodes. Of a narrow
+    /// wrapped Cauchy itself, the tails are all that a yarn reflects forward: they have as many.
     pub(crate) fn new(phase: &Phase, count: usize) -> Self {
         let uniform = |share: f64| {
             (share > 0.0).then(|| Ring::new(even(count).map(|a| (a, share / count as f64))))
@@ -98,16 +97,14 @@ impl Rings {
             }
             Phase::WrappedCauchy { rho, is_backward } => {
                 let peak = if is_backward { 0.0 } else { PI };
-                let mut widths = vec![cauchy_width(rho)];
-                while let Some(&width) = widths.last().filter(|&&width| width < 0.5) {
-                    widths.push((20.0 * width).min(1.0));
-                }
-                let density = |k: f64, from_peak: f64| k / (k * k * (2.0 - from_peak) + from_peak);
-                let nodes = widths.iter().flat_map(|&width| concentrated(width, count));
-                vec![Ring::new(nodes.map(|(angle, from_peak, _)| {
-                    let all: f64 = widths.iter().map(|&k| density(k, from_peak)).sum();
-                    (peak + angle, density(widths[0], from_peak) / all / count as f64)
-                }))]
+                let width = cauchy_width(rho);
+                let nodes = if width < WIDE {
+                    with_tails(width, count)
+                } else {
+                    let weight = 1.0 / count as f64;
+                    concentrated(width, count).map(|(angle, ..)| (angle, weight)).collect()
+                };
+                vec![Ring::new(nodes.into_iter().map(|(angle, weight)| (peak + angle, weight)))]
             }
             Phase::Tabulated(ref table) => vec![Ring::of_table(table, count)],
         };
@@ -231,6 +228,23 @@ fn concentrated(k: f64, count: usize) -> impl Iterator<Item = (f64, f64, f64)> {
         let from_peak = 2.0 * kt_sq / (1.0 + kt_sq);
         (2.0 * (k * t).atan(), from_peak, k * (1.0 + t * t) / (1.0 + kt_sq))
     })
+}
+
+/// Angles and weights of a wrapped Cauchy of the half width `k`, even in the logarithm of the angle
+/// beyond k: tan(δ/2) = k sinh τ for even τ, whose density is 1/(π cosh τ), and the rest at π.
+fn with_tails(k: f64, count: usize) -> Vec<(f64, f64)> {
+    /// tan(δ/2) up to where the tails go.
+    const REACH: f64 = 30.0;
+    let end = (REACH / k).asinh();
+    // As close as those of a wide peak.
+    let n = (count as f64 * end / 5.0).ceil();
+    let step = 2.0 * end / n;
+    let taus = (0..n as usize).map(|j| (j as f64 + 0.5) * step - end);
+    let mut nodes: Vec<(f64, f64)> =
+        taus.map(|tau| (2.0 * (k * tau.sinh()).atan(), step / (PI * tau.cosh()))).collect();
+    let sum: f64 = nodes.iter().map(|&(_, weight)| weight).sum();
+    nodes.push((PI, 1.0 - sum));
+    nodes
 }
 
 #[cfg(test)]

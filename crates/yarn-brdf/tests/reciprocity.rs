@@ -45,7 +45,6 @@ fn yarns() -> Vec<Yarn> {
     let rough = |sigma| Highlight::Rough { sigma };
     let noise = Noise {
         intensity: 0.8,
-        u_max: 0.2,
         width: 0.3,
         offset: 0.2,
         wavelength: 3e-3,
@@ -101,9 +100,13 @@ fn brdf_is_reciprocal_with_every_irregularity_on_both_sides() {
             cloth.textures = vec![
                 texture(0, Target::Color, 0.1, 0.9),
                 texture(0, Target::Specular, 0.0, 1.0),
-                texture(0, Target::Parameter("u_max"), 0.1, 0.8),
                 texture(0, Target::Parameter("opacity"), 0.5, 1.0),
             ];
+            // What reshapes the highlight is normalised over a range, which takes long.
+            if i % 3 == 0 {
+                cloth.textures.push(texture(0, Target::Parameter("u_max"), 0.1, 0.8));
+                cloth.yarns[0].noise.u_max = 0.2;
+            }
             let shader = cloth.prepare().expect("the yarns and textures are valid");
             let mut random = Random(i as u64);
             let mut worst = [0.0f64; 2];
