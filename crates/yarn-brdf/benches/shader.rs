@@ -40,7 +40,8 @@ fn shaders() -> Vec<(&'static str, Shader)> {
             let weave =
                 Weave::new(60, 60, |end, pick| (3 * pick + end) % 8 != 0).expect("60 by 60");
             let diameter = Some(5e-4 * yarn.size);
-            let thread = Thread { color: [0.4; 3], pitch: Some(5e-4), diameter, ..Thread::default() };
+            let thread =
+                Thread { color: [0.4; 3], pitch: Some(5e-4), diameter, ..Thread::default() };
             let cloth = Cloth::from_threads(weave, &[thread; 60], &[thread; 60], &yarn);
             (name, cloth.and_then(|cloth| cloth.prepare()).expect("valid"))
         })

@@ -60,22 +60,22 @@ impl Nodes {
     /// the factor, whose errors their margins cover, and more for an albedo that is asked for.
     pub(crate) fn resolving(yarn: &Yarn, density: f64) -> Self {
         let sharpness = yarn.phase.sharpness();
-        let finer = (2.0 * sharpness.ln()).max(0.0);
+        let finer = (2.0 * sharpness.min(100.0).ln()).max(0.0);
         let nodes = |count: f64| (density * count).ceil() as usize;
-        let (arc, section, spread) = match yarn.highlight {
-            Highlight::Window { .. } => (finer, 8.0 + 1.7 * finer, 1.0),
+        let (section, spread) = match yarn.highlight {
+            Highlight::Window { .. } => (8.0 + 1.7 * finer, 1.0),
             Highlight::Rough { sigma } => {
                 let sigma = sigma.min(0.5);
-                let spread = 5.5 + 6.0 * sigma + 0.75 * finer * (5.0 * sigma).min(1.0);
-                (0.7 * finer, 8.0 + 1.7 * finer, spread)
+                let spread = 4.0 + 8.0 * sigma + 0.6 * finer * (8.0 * sigma).min(1.0);
+                (7.0 + 1.5 * finer, spread)
             }
         };
         let (u_max, _) = shaded_angles(yarn, false);
-        let arc = 5.0 + arc + 3.0 * u_max;
+        let arc = 6.0 + 1.2 * finer + 3.0 * u_max;
         Self {
             arc: nodes(arc),
             section: nodes(section),
-            azimuth: nodes(48.0 * yarn.phase.tail()),
+            azimuth: nodes(48.0),
             spread: nodes(spread),
         }
     }
@@ -142,7 +142,8 @@ impl Integrals {
     /// `∫ [S − (w/l) sin u_max (S − cos v)] g du` between `bounds`, the integrand fading towards the ends of
     /// the segment, for `g(sin u, cos u)` and its product with cos v.
     ///
-    /// What is weighted by S has nodes that are even along the spine, where its bend is no peak.
+    /// What is weighted by S has nodes that are even along the spine, where its bend is no peak, unless
+    /// there is hardly one in angle.
     fn along_arc(&self, bounds: &[f64], g: impl Fn(f64, f64) -> [f64; 2]) -> Affine<f64> {
         let optics = &self.optics;
         let (mut bent, mut level) = (0.0, 0.0);
@@ -155,11 +156,11 @@ impl Integrals {
                 let weight = weight * half * optics.fade(sin_u);
                 let [value, of_level] = g(sin_u, cos_u);
                 level += weight * of_level;
-                if optics.is_circle() {
-                    bent += weight * value;
+                if optics.is_round() {
+                    bent += weight * optics.bend(sin_u) * value;
                 }
             }
-            if optics.is_circle() {
+            if optics.is_round() {
                 continue;
             }
             let cuts = [from, -optics.sharp_below(), optics.sharp_below(), to];
@@ -444,7 +445,7 @@ fn gauss_legendre(n: usize) -> Vec<(f64, f64)> {
             // Newton's method from the Chebyshev-like guess (Abramowitz & Stegun 1964, 22.16.6).
             let mut x = (PI * (i as f64 + 0.75) / (degree + 0.5)).cos();
             let mut derivative = 1.0;
-            for _ in 0..8 {
+            for _ in 0..4 {
                 let (mut p, mut previous) = (1.0, 0.0);
                 for k in 1..=n {
                     let k = k as f64;

@@ -18,16 +18,33 @@ pub(crate) fn root<R: Real>(
     wi: Vector<R>,
     wo: Vector<R>,
 ) -> (Root<R>, R) {
-    let zero = R::zero();
+    let (m, sin_u, cos_u) = inclination(wi, wo);
+    (root_at(optics, [sin_u, cos_u], [sin_v, cos_v], wi, wo), m)
+}
+
+/// m, sin u and cos u of the [`root`].
+#[inline(always)]
+fn inclination<R: Real>(wi: Vector<R>, wo: Vector<R>) -> (R, R, R) {
     let h = wi.plus(wo);
     // Both directions are above the cloth, so H_z > 0 and the angle lies in (−π/2, π/2).
     let m = (h.y * h.y + h.z * h.z).max(R::from_f64(1e-30)).sqrt();
     let inv_m = R::one() / m;
-    let (sin_u, cos_u) = (h.y * inv_m, h.z * inv_m);
+    (m, h.y * inv_m, h.z * inv_m)
+}
+
+#[inline(always)]
+fn root_at<R: Real>(
+    optics: &Optics<R>,
+    [sin_u, cos_u]: [R; 2],
+    [sin_v, cos_v]: [R; 2],
+    wi: Vector<R>,
+    wo: Vector<R>,
+) -> Root<R> {
+    let zero = R::zero();
     let n = normal(sin_u, cos_u, sin_v, cos_v);
     let (p, q) = (n.dot(wi), n.dot(wo));
     let is_lit = sin_u.abs().lt(optics.sin_u_max) & zero.lt(p) & zero.lt(q);
-    (Root { sin_u, cos_u, sin_v, cos_v, p, q, is_lit }, m)
+    Root { sin_u, cos_u, sin_v, cos_v, p, q, is_lit }
 }
 
 /// f of the highlight, sr⁻¹, before colour and scale, at (`x`, `y`) in [−1, 1]² of a segment whose
@@ -47,12 +64,15 @@ pub(crate) fn highlight<R: Real>(
     wi: Vector<R>,
     wo: Vector<R>,
 ) -> Parts<R> {
-    let (sin_v, cos_v, dv_dx) = optics.across(x);
-    let (root, m) = root(optics, sin_v, cos_v, wi, wo);
-    let is_lit = root.is_lit & in_window(y, optics.y_of_u(root.sin_u), delta);
-    if !R::any(is_lit) {
+    let (m, sin_u, cos_u) = inclination(wi, wo);
+    let is_near = in_window(y, optics.y_of_u(sin_u), delta);
+    // Before anything that depends on x, since most of the yarn is dark.
+    if !R::any(is_near) {
         return Parts::none();
     }
+    let (sin_v, cos_v, dv_dx) = optics.across(x);
+    let root = root_at(optics, [sin_u, cos_u], [sin_v, cos_v], wi, wo);
+    let is_lit = root.is_lit & is_near;
     let scale = dv_dx
         * strength
         * optics.area(ratio, optics.bend(root.sin_u), cos_v)

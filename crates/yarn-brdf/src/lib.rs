@@ -95,11 +95,12 @@ mod sampling;
 mod segment;
 mod shader;
 mod staple;
+mod table;
 #[cfg(test)]
 mod tests;
-mod table;
 mod texture;
 mod threads;
+mod variants;
 mod weave;
 mod yarn;
 
@@ -114,7 +115,7 @@ pub use partial::{PartialError, PartialNoise, PartialYarn};
 pub use phase::{Phase, PhaseTable};
 pub use sampling::Sample;
 pub use segment::Mapping;
-pub use selvedge_normalize::scale::Mode;
+pub use selvedge_normalize::scale::{Mode, Normalization};
 pub use shader::{Lobes, Shader, YarnPoint};
 pub use texture::{Target, Texture, Textured};
 pub use weave::{

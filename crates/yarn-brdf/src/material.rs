@@ -4,18 +4,17 @@ use core::f64::consts::PI;
 use std::sync::Arc;
 
 use glam::DVec3;
-use selvedge_normalize::scale::{Mode, ScaleError};
+use selvedge_normalize::scale::Mode;
 
 use crate::albedo::Affine;
 use crate::azimuth::AzimuthSampler;
 use crate::cloth::{Cloth, ClothError, Steep};
 use crate::frame::Vector;
-use crate::noise::MAX_INTENSITY;
 use crate::real::Real;
-use crate::reflectance::{Reflectance, Subject};
-use crate::segment::{Mapping, Optics, normal, shaded_angles};
-use crate::table::cosine_mean;
+use crate::reflectance::Reflectance;
+use crate::segment::{Optics, normal};
 use crate::texture::{Target, Texture};
+use crate::variants::{Tables, Variants};
 use crate::yarn::{Diffuse, Yarn};
 
 /// Greatest (w/l) sin u_max: the spine would have no length at 1.
@@ -109,8 +108,7 @@ impl Materials {
         shapes: &[Shapes],
         straight_shows: bool,
     ) -> Result<Self, ClothError> {
-        let mut tables =
-            Tables { mapping: cloth.mapping, mode: cloth.normalization, known: vec![] };
+        let mut tables = Tables::new(cloth.mapping, cloth.normalization);
         let mut materials = Self::default();
         for (index, yarn) in cloth.yarns.iter().enumerate() {
             let of_yarn = |t: &&crate::texture::Textured| usize::from(t.yarn) == index;
@@ -134,10 +132,8 @@ impl Materials {
                 textures,
                 is_reshaped,
             };
-            let variants = kind.variants();
-            let steepest =
-                variants.iter().map(|variant| shaded_angles(variant, false).0).fold(0.0, f64::max);
-            let limit = STEEPEST / steepest.sin();
+            let variants = Variants::of(yarn, &kind.textures);
+            let limit = STEEPEST / variants.steepest().sin();
             let widest = shapes[index][0].max(shapes[index][1]);
             materials.note_steep(cloth, index, yarn, shapes[index], limit)?;
             let failed = |source| ClothError::Normalization { index, source };
@@ -154,13 +150,9 @@ impl Materials {
             while reach < widest {
                 reach *= core::f64::consts::SQRT_2;
                 let u_max = (STEEPEST / reach).asin();
-                let lower = |variant: &Yarn| {
-                    let u_max = variant.u_max.min(u_max);
-                    Yarn { u_max, ..variant.clone() }
-                };
-                let lowered: Vec<Yarn> = variants.iter().map(lower).collect();
-                let table = tables.find(&lowered, false, reach).map_err(failed)?;
-                bent.push((reach, table, lower(yarn)));
+                let table =
+                    tables.find(&variants.lowered_to(u_max), false, reach).map_err(failed)?;
+                bent.push((reach, table, Yarn { u_max: yarn.u_max.min(u_max), ..yarn.clone() }));
             }
             let straight = if straight_shows {
                 tables.find(&variants, true, 0.0).map_err(failed)?
@@ -168,8 +160,8 @@ impl Materials {
                 // Never looked at.
                 bent[0].1.clone()
             };
-            materials.single.push(material(cloth, yarn, &bent, &straight));
-            materials.double.push(material(cloth, yarn, &bent, &straight));
+            materials.single.push(material(cloth, yarn, &variants.grid, &bent, &straight));
+            materials.double.push(material(cloth, yarn, &variants.grid, &bent, &straight));
             materials.kinds.push(kind);
         }
         Ok(materials)
@@ -226,122 +218,33 @@ impl<R> Material<R> {
     }
 }
 
-impl Kind {
-    /// The yarns between which textures and noise move this one: the ends and middles of the ranges
-    /// of up to two parameters, the ends alone of more.
-    fn variants(&self) -> Vec<Yarn> {
-        let mut variants = vec![self.yarn.clone()];
-        let mut ranges: Vec<(&str, [f64; 2])> = self
-            .textures
-            .iter()
-            .filter_map(|(target, texture)| match target {
-                Target::Parameter(name) if *name != "opacity" => {
-                    Some((*name, texture.range().map(f64::from)))
-                }
-                _ => None,
-            })
-            .collect();
-        let amplitude = self.yarn.noise.u_max;
-        if amplitude > 0.0 {
-            let centre = ranges.iter().position(|(name, _)| *name == "u_max");
-            let [low, high] = centre.map_or([self.yarn.u_max; 2], |i| ranges.swap_remove(i).1);
-            ranges.push(("u_max", [low - amplitude, high + amplitude]));
-        }
-        let steps: &[f64] = match ranges.len() {
-            0 | 1 => &[0.0, 0.25, 0.5, 0.75, 1.0],
-            2 => &[0.0, 0.5, 1.0],
-            _ => &[0.0, 1.0],
-        };
-        for (name, [low, high]) in ranges {
-            let Some(parameter) = Yarn::parameter(name) else { continue };
-            let at = |step: &f64| (low + step * (high - low)).clamp(parameter.low, parameter.high);
-            variants = variants
-                .into_iter()
-                .flat_map(|variant| {
-                    steps.iter().map(move |step| {
-                        let mut variant = variant.clone();
-                        parameter.set(&mut variant, at(step));
-                        variant
-                    })
-                })
-                .collect();
-        }
-        variants
-    }
-}
-
-/// The reflectances found so far, so that yarns that differ in colour alone share one.
-struct Tables {
-    mapping: Mapping,
-    mode: Mode,
-    known: Vec<(Vec<Yarn>, bool, f64, Arc<Reflectance>)>,
-}
-
-impl Tables {
-    /// The table that bounds those of all `variants` for shapes up to `ratio_max`.
-    fn find(
-        &mut self,
-        variants: &[Yarn],
-        is_straight: bool,
-        ratio_max: f64,
-    ) -> Result<Arc<Reflectance>, ScaleError> {
-        let neutral = Yarn::default();
-        let key: Vec<Yarn> = variants
-            .iter()
-            .map(|yarn| Yarn {
-                u_max: if is_straight { 0.0 } else { yarn.u_max },
-                psi: yarn.psi,
-                kappa: if is_straight { 0.0 } else { yarn.kappa },
-                smoothing: yarn.smoothing,
-                highlight: yarn.highlight,
-                phase: yarn.phase.clone(),
-                noise: crate::yarn::Noise { intensity: yarn.noise.intensity, ..neutral.noise },
-                ..neutral.clone()
-            })
-            .collect();
-        let is_same = |known: &&(Vec<Yarn>, bool, f64, Arc<Reflectance>)| {
-            known.0 == key && known.1 == is_straight && known.2 == ratio_max
-        };
-        if let Some((.., table)) = self.known.iter().find(is_same) {
-            return Ok(table.clone());
-        }
-        let mut tables = key
-            .iter()
-            .map(|yarn| {
-                let subject = Subject { yarn, is_straight, mapping: self.mapping, ratio_max };
-                Reflectance::new(&subject, self.mode)
-            })
-            .collect::<Result<Vec<_>, _>>()?;
-        let mut table = match tables.len() {
-            1 => tables.remove(0),
-            _ => Reflectance::envelope(&tables),
-        };
-        if self.mode == Mode::Pointwise {
-            // A grain may be that much brighter than the mean.
-            let strength = key.iter().map(|yarn| yarn.noise.intensity).fold(0.0, f64::max);
-            table.scale_divisors(1.0 - strength + strength * MAX_INTENSITY);
-        }
-        let table = Arc::new(table);
-        self.known.push((key, is_straight, ratio_max, table.clone()));
-        Ok(table)
-    }
-}
-
 fn material<R: Real>(
     cloth: &Cloth,
     yarn: &Yarn,
+    variants: &[Yarn],
     bent: &[(f64, Arc<Reflectance>, Yarn)],
     straight: &Arc<Reflectance>,
 ) -> Material<R> {
     let color = |c: [f32; 3]| c.map(|component| R::from_f64(component.into()));
-    let piece = |yarn: &Yarn, limit: f64, is_straight: bool, table: &Arc<Reflectance>| Piece {
-        u_max_limit: (STEEPEST / limit).min(1.0).asin(),
-        optics: Optics::new(yarn, is_straight, cloth.mapping),
-        sampler: AzimuthSampler::new(&yarn.phase),
-        reflectance: table.clone(),
-        mean: Affine { base: R::from_f64(table.mean.base), slope: R::from_f64(table.mean.slope) },
-        diffuse_scale: (yarn.diffuse == Diffuse::YarnNormal)
-            .then(|| R::from_f64(yarn_normal_scale(yarn, is_straight, cloth))),
+    let piece = |yarn: &Yarn, limit: f64, is_straight: bool, table: &Arc<Reflectance>| {
+        let u_max_limit = (STEEPEST / limit).min(1.0).asin();
+        let diffuse_scale = |variant: &Yarn| {
+            let u_max = variant.u_max.min(u_max_limit);
+            yarn_normal_scale(&Yarn { u_max, ..variant.clone() }, is_straight, cloth)
+        };
+        Piece {
+            u_max_limit,
+            optics: Optics::new(yarn, is_straight, cloth.mapping),
+            sampler: AzimuthSampler::new(&yarn.phase),
+            reflectance: table.clone(),
+            mean: Affine {
+                base: R::from_f64(table.mean.base),
+                slope: R::from_f64(table.mean.slope),
+            },
+            diffuse_scale: (yarn.diffuse == Diffuse::YarnNormal).then(|| {
+                R::from_f64(variants.iter().map(diffuse_scale).fold(f64::INFINITY, f64::min))
+            }),
+        }
     };
     let bent_piece = |(limit, table, yarn): &(f64, Arc<Reflectance>, Yarn)| {
         (*limit, piece(yarn, *limit, false, table))
@@ -372,7 +275,9 @@ fn yarn_normal_scale(yarn: &Yarn, is_straight: bool, cloth: &Cloth) -> f64 {
             let (sin_u, cos_u, _) = optics.along(at(i % side));
             let (sin_v, cos_v, _) = optics.across(at(i / side));
             let n = normal(sin_u, cos_u, sin_v, cos_v);
-            (n, cosine_mean(0.25, |wi| n.dot(wi).max(0.0)))
+            // ∫ (n·wi)⁺ cos θi dwi / π for a normal at the angle γ.
+            let gamma = n.z.clamp(-1.0, 1.0).acos();
+            (n, 2.0 / (3.0 * PI) * (gamma.sin() + (PI - gamma) * gamma.cos()))
         })
         .collect();
     let albedo = |wo: DVec3| {

@@ -282,16 +282,6 @@ impl Phase {
     }
 }
 
-impl Phase {
-    /// How many more nodes a peak with long tails takes: 1 for a von Mises.
-    pub(crate) fn tail(&self) -> f64 {
-        match *self {
-            Phase::VonMises { .. } | Phase::VonMises3d { .. } => 1.0,
-            Phase::WrappedCauchy { .. } | Phase::Tabulated(_) => 1.6,
-        }
-    }
-}
-
 /// Half width k of a wrapped Cauchy, rad: `tan(Δφ/2) = k tan(τ/2)` turns an even τ into its Δφ.
 pub(crate) fn cauchy_width(rho: f64) -> f64 {
     let rho = rho.min(RHO_MAX);

@@ -140,7 +140,7 @@ impl Shader {
             place.color = place.color.map(|value| (value * factor).min(R::one()));
         }
         if kind.is_reshaped {
-            let piece = self.reshaped(kind, &place, line);
+            let piece = self.reshaped(kind, &place);
             look(&Place { piece: &piece, ..place })
         } else {
             look(&place)
@@ -149,8 +149,15 @@ impl Shader {
 
     /// The piece that textures and noise make of that of `place`.
     #[cold]
-    fn reshaped<R: Real>(&self, kind: &Kind, place: &Place<'_, R>, line: Line) -> Piece<R> {
-        let segment = &place.segment;
+    fn reshaped<R: Real>(&self, kind: &Kind, place: &Place<'_, R>) -> Piece<R> {
+        let yarn = self.yarn_of(kind, &place.segment, place.piece.u_max_limit);
+        let optics = Optics::new(&yarn, place.segment.is_straight(), self.mapping);
+        let sampler = AzimuthSampler::new(&yarn.phase);
+        Piece { optics, sampler, ..place.piece.clone() }
+    }
+
+    /// The yarn that textures and noise make of a segment.
+    pub(crate) fn yarn_of(&self, kind: &Kind, segment: &Segment, u_max_limit: f64) -> Yarn {
         let middle = self.middle(segment);
         let mut yarn = kind.yarn.clone();
         for (target, texture) in &kind.textures {
@@ -161,14 +168,13 @@ impl Shader {
         }
         let amplitude = yarn.noise.u_max;
         if amplitude > 0.0 {
+            let line = Line { seed: self.seed, is_warp: segment.is_warp, index: segment.line };
             let change = amplitude * line.signed(Use::Inclination, segment.first);
             yarn.u_max = (yarn.u_max + change).clamp(0.0, 1.5);
         }
-        // Never steeper than the piece it replaces allows.
-        yarn.u_max = yarn.u_max.min(place.piece.u_max_limit);
-        let optics = Optics::new(&yarn, segment.is_straight(), self.mapping);
-        let sampler = AzimuthSampler::new(&yarn.phase);
-        Piece { optics, sampler, ..place.piece.clone() }
+        // Never steeper than the piece that is shaded allows.
+        yarn.u_max = yarn.u_max.min(u_max_limit);
+        yarn
     }
 
     /// The middle of a segment, m along the cloth.

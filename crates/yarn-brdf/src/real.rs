@@ -47,9 +47,9 @@ pub(crate) trait Real:
     /// The value at `position` in [0, n − 1] of a table of n ≥ 2 entries, linear between them; at
     /// the nearest end where it is outside.
     fn linear(table: &[f32], position: Self) -> Self;
-    /// The two values at (`row`, `column`) of a table of at least 2 × 2 entries in rows of
-    /// `columns`, bilinear between them; at the nearest edge where that is outside.
-    fn bilinear(table: &[[f32; 2]], columns: usize, row: Self, column: Self) -> [Self; 2];
+    /// The two values at (row, column) `at` of a table of `shape` rows and columns, at least 2 of each,
+    /// bilinear between them; at the nearest edge where that is outside.
+    fn bilinear(table: &[[f32; 2]], shape: [usize; 2], at: [Self; 2]) -> [Self; 2];
 
     /// 1.
     #[must_use]
@@ -146,14 +146,13 @@ macro_rules! impl_real {
                 #[inline(always)]
                 fn bilinear(
                     table: &[[f32; 2]],
-                    columns: usize,
-                    row: Self,
-                    column: Self,
+                    [rows, columns]: [usize; 2],
+                    [row, column]: [Self; 2],
                 ) -> [Self; 2] {
-                    let (i, rest_i) = split(row, table.len() / columns);
+                    let (i, rest_i) = split(row, rows);
                     let (j, rest_j) = split(column, columns);
-                    let (near, far) = (&table[i * columns + j..], &table[(i + 1) * columns + j..]);
-                    let (near, far) = (&near[..2], &far[..2]);
+                    let block = &table[i * columns + j..][..columns + 2];
+                    let (near, far) = ([block[0], block[1]], [block[columns], block[columns + 1]]);
                     let mix = |a: Self, b: Self, share: Self| a + (b - a) * share;
                     let entry = |pair: [f32; 2], part: usize| -> Self { pair[part].into() };
                     let part = |part: usize| {

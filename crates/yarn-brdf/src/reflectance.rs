@@ -1,14 +1,16 @@
 //! The highlight's albedo as a table over direction, and the factor that bounds it by 1.
 
 use selvedge_normalize::glam::DVec2;
+use selvedge_normalize::halton::Halton;
 use selvedge_normalize::scale::{Mode, Normalization, Options, Place, ScaleError};
 use selvedge_normalize::search::Search;
+use selvedge_normalize::warp::square_to_uniform_hemisphere;
 
 use crate::albedo::{Affine, Integrals, Nodes};
 use crate::frame::Vector;
 use crate::real::Real;
 use crate::segment::Mapping;
-use crate::table::{COLUMNS, Map, Table};
+use crate::table::{COLUMNS, Map, ROWS, Table};
 use crate::yarn::Yarn;
 
 /// Shapes w/l between which 1/factor is interpolated.
@@ -57,7 +59,7 @@ impl Reflectance {
         let at_nodes = table.shortfall(albedo, |wo| ends(fine.mean(wo)));
         let found = table.greatest();
         // What was not looked at may be worse.
-        table.lift(1.5 * (between + at_nodes) + 3e-4);
+        table.lift(2.0 * (between + at_nodes) + 1.2e-3);
         let normalizations = match mode {
             Mode::None => [Normalization::none(); 2],
             Mode::Segment => [0, 1].map(|which| {
@@ -97,19 +99,20 @@ impl Reflectance {
         Ok(Self::from_parts(&table, divisors, ratio_max, normalizations))
     }
 
-    /// The least table and factors that bound those of every one of `variants`, of which there is at
-    /// least one, all for the same shapes.
-    pub(crate) fn envelope(variants: &[Self]) -> Self {
-        let ratio_max = variants[0].ratio_max;
+    /// The least table and factors that bound those of every one of `variants`, all for the same
+    /// shapes; the table itself of one.
+    pub(crate) fn envelope(mut variants: Vec<Self>) -> Self {
+        if variants.len() == 1 {
+            return variants.remove(0);
+        }
+        let ratio_max = variants.first().map_or(0.0, |variant| variant.ratio_max);
         let map = Map { is_sharp: variants.iter().any(|variant| variant.map.is_sharp) };
-        let mut table = Table::new(map, |wo| {
+        let table = Table::new(map, |wo| {
             [0.0, ratio_max].map(|ratio| {
                 let albedo = |variant: &Self| variant.at(Vector::<f64>::of(wo)).at(ratio);
                 variants.iter().map(albedo).fold(0.0, f64::max)
             })
         });
-        // For what lies between the variants, and between tables of different maps.
-        table.lift(0.01);
         let greatest = |shape: usize| {
             variants.iter().map(|variant| f64::from(variant.divisors[shape])).fold(0.0, f64::max)
         };
@@ -123,11 +126,54 @@ impl Reflectance {
         Self::from_parts(&table, divisors, ratio_max, normalizations)
     }
 
+    /// By how much the albedo of another yarn exceeds this table at worst, as a share of its greatest,
+    /// and that of its points 1/factor.
+    pub(crate) fn excess(&self, subject: &Subject<'_>, mode: Mode) -> f64 {
+        let &Subject { yarn, is_straight, mapping, ratio_max } = subject;
+        let integrals = Integrals::new(yarn, is_straight, mapping, Nodes::resolving(yarn, 1.0));
+        let greatest = [0, 1].map(|which| self.greatest()[which].max(1e-30));
+        let mut excess: f64 = 0.0;
+        for [a, b, c, d] in Halton::<4>::new().points_from(core::num::NonZeroU32::MIN).take(64) {
+            let wo = square_to_uniform_hemisphere(DVec2::new(a, b));
+            let (albedo, bound) = (integrals.mean(wo), self.at(Vector::<f64>::of(wo)));
+            for (ratio, greatest) in [0.0, ratio_max].into_iter().zip(greatest) {
+                excess = excess.max((albedo.at(ratio) - bound.at(ratio)) / greatest);
+                if mode == Mode::Pointwise {
+                    let (x, y) = integrals.point(DVec2::new(c, d));
+                    let found = integrals.at_point(x, y, wo).at(ratio);
+                    excess = excess.max(found / self.divisor::<f64>(ratio) - 1.0);
+                }
+            }
+        }
+        excess
+    }
+
+    /// The greatest albedos of segments with w/l = 0 and of those with the greatest.
+    fn greatest(&self) -> [f64; 2] {
+        let ends = self.table.iter().map(|&[base, slope]| {
+            let (base, slope) = (f64::from(base), f64::from(slope));
+            [base, base - slope * self.ratio_max]
+        });
+        ends.fold([0.0; 2], |[a, b], [long, short]| [long.max(a), short.max(b)])
+    }
+
+    /// Raises the table by a `share` of its greatest albedos.
+    pub(crate) fn lift(&mut self, share: f64) {
+        let [long, short] = self.greatest().map(|greatest| share * greatest);
+        let slope = (long - short) / self.ratio_max.max(f64::MIN_POSITIVE);
+        for entry in &mut self.table {
+            *entry = [entry[0] + long as f32, entry[1] + slope as f32];
+        }
+        self.mean.base += long;
+        self.mean.slope += slope;
+    }
+
     /// Divides the factor by `by`.
     pub(crate) fn scale_divisors(&mut self, by: f64) {
         self.divisors = self.divisors.map(|divisor| divisor * by as f32);
         for normalization in &mut self.normalizations {
             normalization.factor /= by;
+            normalization.upper_bound *= by;
         }
     }
 
@@ -163,21 +209,27 @@ impl Reflectance {
     #[inline(always)]
     pub(crate) fn at<R: Real>(&self, w: Vector<R>) -> Affine<R> {
         let (row, column) = self.map.coordinates(w);
-        let [base, slope] = R::bilinear(&self.table, COLUMNS, row, column);
+        let [base, slope] = R::bilinear(&self.table, [ROWS, COLUMNS], [row, column]);
         Affine { base, slope }
     }
 
-    /// Mean of the table over the cosine-weighted hemisphere, less a thousandth: more than the error
-    /// of its quadrature, so that the diffuse, which is divided by what it leaves, errs downwards.
+    /// Mean of the table over the cosine-weighted hemisphere, less 10⁻⁵ of it: more than the error of its
+    /// quadrature, so that the diffuse, which is divided by what it leaves, errs downwards.
     fn bihemispherical(&self) -> Affine<f64> {
         // Both are linear in the table, so one pass is enough.
-        let mut sum = Affine::<f64>::default();
-        let weights = self.map.for_each_direction(1.0, |w, weight| {
-            let albedo = self.at(w);
-            sum.base += weight * albedo.base;
-            sum.slope += weight * albedo.slope;
-        });
-        Affine { base: 0.999 * sum.base / weights, slope: 0.999 * sum.slope / weights }
+        let mean = |density: f64| {
+            let mut sum = Affine::<f64>::default();
+            let weights = self.map.for_each_direction(density, |w, weight| {
+                let albedo = self.at(w);
+                sum.base += weight * albedo.base;
+                sum.slope += weight * albedo.slope;
+            });
+            [sum.base / weights, sum.slope / weights]
+        };
+        // The errors of the midpoint rule are as the squares of the steps.
+        let (coarse, fine) = (mean(1.0), mean(3.0));
+        let mean = |part: usize| 0.99999 * (9.0 * fine[part] - coarse[part]) / 8.0;
+        Affine { base: mean(0), slope: mean(1) }
     }
 }
 

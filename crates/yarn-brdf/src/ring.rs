@@ -40,6 +40,8 @@ struct Ring {
     from_forward: Vec<f32>,
     sin: Vec<f32>,
     weight: Vec<f32>,
+    /// The greatest 1 + cos Δφ and |sin Δφ| of those that weigh more than nearly nothing.
+    reach: [f64; 2],
 }
 
 /// How many azimuths are summed at once.
@@ -55,7 +57,7 @@ struct Spatial {
 
 /// How many levels of concentration there are to a factor of 2: between them, an integral that
 /// goes with the root of b is off by less than 10⁻³.
-const LEVELS_PER_OCTAVE: f64 = 4.0;
+const LEVELS_PER_OCTAVE: f64 = 8.0;
 
 /// The concentration below which a peak is nearly uniform.
 const LEAST_CONCENTRATION: f64 = 0.05;
@@ -167,12 +169,19 @@ impl Spatial {
 impl Ring {
     /// Of azimuths Δφ (rad) and weights.
     fn new(nodes: impl Iterator<Item = (f64, f64)>) -> Self {
-        let mut ring = Self { from_forward: vec![], sin: vec![], weight: vec![] };
+        let nodes: Vec<(f64, f64)> = nodes.collect();
+        let total: f64 = nodes.iter().map(|&(_, weight)| weight).sum();
+        let mut ring = Self { from_forward: vec![], sin: vec![], weight: vec![], reach: [0.0; 2] };
         for (angle, weight) in nodes {
             let half = (0.5 * angle).cos();
-            ring.from_forward.push((2.0 * half * half) as f32);
-            ring.sin.push(angle.sin() as f32);
+            let (from_forward, sin) = (2.0 * half * half, angle.sin());
+            ring.from_forward.push(from_forward as f32);
+            ring.sin.push(sin as f32);
             ring.weight.push(weight as f32);
+            if weight > 1e-9 * total {
+                let [c, s] = &mut ring.reach;
+                (*c, *s) = (c.max(from_forward), s.max(sin.abs()));
+            }
         }
         let count = ring.weight.len().next_multiple_of(LANES);
         for list in [&mut ring.from_forward, &mut ring.sin, &mut ring.weight] {
@@ -197,6 +206,11 @@ impl Ring {
 
     /// `Σ weight · p cos θi / (p + q)`.
     fn sum(&self, turn: &Turn) -> f64 {
+        // Most of what a sharp forward peak could reach is below one of the surfaces.
+        let most = |[at, c, s]: [f64; 3]| at + self.reach[0] * c.max(0.0) + self.reach[1] * s.abs();
+        if most(turn.p) <= 0.0 || most(turn.z) <= 0.0 {
+            return 0.0;
+        }
         let single = |list: [f64; 3]| list.map(|x| x as f32);
         let (p, z) = (single(turn.p), single(turn.z));
         // Above 0, since 0/0 would follow where p is 0 too.

@@ -76,6 +76,7 @@ pub(crate) struct Optics<R> {
     /// u_max, rad.
     u_max: R,
     pub(crate) sin_u_max: R,
+    inv_sin_u_max: R,
     /// u_max / sin u_max, 1 in the limit of a straight yarn.
     u_max_over_sin: R,
     pub(crate) sin_psi: R,
@@ -138,6 +139,7 @@ impl<R: Real> Optics<R> {
             mapping,
             u_max: R::from_f64(u_max),
             sin_u_max: R::from_f64(u_max.sin()),
+            inv_sin_u_max: R::from_f64(1.0 / u_max.sin().max(1e-12)),
             u_max_over_sin: R::from_f64(over_sin),
             sin_psi: R::from_f64(psi.sin()),
             cos_psi: R::from_f64(psi.cos()),
@@ -194,7 +196,7 @@ impl<R: Real> Optics<R> {
     #[inline]
     pub(crate) fn y_of_u(&self, sin_u: R) -> R {
         match self.mapping {
-            Mapping::Arcsine => sin_u / self.sin_u_max,
+            Mapping::Arcsine => sin_u * self.inv_sin_u_max,
             Mapping::Linear => asin(sin_u) / self.u_max,
         }
     }
@@ -268,9 +270,9 @@ impl Optics<f64> {
         }
     }
 
-    /// Whether the spine is an arc of a circle.
-    pub(crate) fn is_circle(&self) -> bool {
-        self.conic.is_none()
+    /// Whether the spine is nearly an arc of a circle: S changes by less than a factor of 2.2.
+    pub(crate) fn is_round(&self) -> bool {
+        self.conic.is_none_or(|(c, _)| (-0.4..=0.7).contains(&c))
     }
 
     /// The inclination up to which a spine bends that is nearly straight further out, rad: that at

@@ -3,7 +3,7 @@
 use core::f64::consts::FRAC_1_PI;
 
 use glam::{DVec2, DVec3, Vec3};
-use selvedge_normalize::scale::Mode;
+use selvedge_normalize::scale::{Mode, Normalization};
 
 use crate::cloth::{Cloth, ClothError, Combination};
 use crate::frame::{Vector, from_yarn, to_yarn};
@@ -204,6 +204,18 @@ impl Shader {
                 tangent: to_shading(optics.tangent(sin_u, cos_u, sin_v, cos_v)),
             }
         })
+    }
+
+    /// The factors of equation 2 by which the highlight of a type of yarn is scaled, and what they rest
+    /// on: for segments of endless length, w/l → 0, and for the shortest that bend as far as their
+    /// yarn. Between them 1/factor is at most what lies between theirs, in proportion to w/l. `None` if
+    /// there is no such type.
+    ///
+    /// The albedos are those of a white highlight, its directions are in the yarn frame (x across, y
+    /// along, z the normal), and its points are places across and along the segment, in [0, 1]².
+    pub fn normalization(&self, yarn: u16) -> Option<[Normalization; 2]> {
+        let material = self.materials.double.get(usize::from(yarn))?;
+        Some(material.piece(false, 0.0).reflectance.normalizations)
     }
 
     /// The types of yarn whose shortest segments are too short for their u_max, and what it became.

@@ -7,7 +7,7 @@ use crate::frame::Vector;
 use crate::real::Real;
 
 /// Rows and columns, of which every other one is computed first.
-const ROWS: usize = 49;
+pub(crate) const ROWS: usize = 49;
 pub(crate) const COLUMNS: usize = 49;
 
 /// Error of an interpolated node, as a share of the greatest albedo, from which on every node is
