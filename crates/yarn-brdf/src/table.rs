@@ -244,7 +244,7 @@ impl Table {
     fn deviation(&mut self, albedo: impl Fn(DVec3) -> [f64; 2]) -> Deviation {
         let mut deviation = Deviation::new(self);
         let points = Halton::<2>::new().points_from(core::num::NonZeroU32::MIN);
-        for (k, [a, b]) in points.take(60).enumerate() {
+        for (k, [a, b]) in points.take(90).enumerate() {
             // In the middles between nodes and at nodes that may be interpolated.
             let [down, right] = [[0.5, 0.5], [1.0, 0.0], [0.0, 1.0], [1.5, 1.0], [1.0, 1.5]][k % 5];
             let place = |share: f64, count: usize| 2.0 * (share * (count / 2) as f64).floor();
