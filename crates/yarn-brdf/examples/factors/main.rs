@@ -181,7 +181,7 @@ fn draw(path: &str, curves: &[Curve]) -> Result<(), Box<dyn Error>> {
         .margin(16)
         .x_label_area_size(44)
         .y_label_area_size(64)
-        .build_cartesian_2d((5e2..2e7).log_scale(), (1e-3..3.0).log_scale())?;
+        .build_cartesian_2d((5e2..2e7).log_scale(), (1e-3..30.0).log_scale())?;
     chart
         .configure_mesh()
         .light_line_style(TRANSPARENT)

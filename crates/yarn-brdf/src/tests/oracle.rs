@@ -187,10 +187,10 @@ fn spine_agrees_with_the_oracle() {
         let (u_max, kappa, y) = (0.01 + 1.49 * r.next(), r.kappa(), r.signed());
         let yarn = Yarn { u_max, kappa, ..Yarn::default() };
         let optics = Optics::<f64>::new(&yarn, false, Mapping::Linear);
-        let sin_u = (y * u_max).sin();
-        for (found, expected) in
-            [(optics.bend(sin_u), expected[0]), (optics.spine_of_u(sin_u), expected[1])]
-        {
+        let u = y * u_max;
+        // The circle of the same ends is at sin η / sin u_max of its half length.
+        let position = optics.spine_of_u(u).sin() / u_max.sin();
+        for (found, expected) in [(optics.bend(u.sin()), expected[0]), (position, expected[1])] {
             let error = difference(found, expected);
             assert!(
                 error <= TOLERANCE,
