@@ -71,14 +71,16 @@ pub(crate) fn highlight<R: Real>(
         return Parts::none();
     }
     let (sin_v, cos_v, dv_dx) = optics.across(x);
-    let root = root_at(optics, [sin_u, cos_u], [sin_v, cos_v], wi, wo);
-    let is_lit = root.is_lit & is_near;
+    // Along n(u, 0); across lies x, the other axis of the plane about the fibre.
+    let rise = |w: Vector<R>| w.y * sin_u + w.z * cos_u;
+    let (rise_i, rise_o) = (rise(wi), rise(wo));
+    let (p, q) = (wi.x * sin_v + rise_i * cos_v, wo.x * sin_v + rise_o * cos_v);
+    let is_lit = is_near & sin_u.abs().lt(optics.sin_u_max) & R::zero().lt(p) & R::zero().lt(q);
     let scale = dv_dx
         * strength
-        * optics.area(ratio, optics.bend(root.sin_u), cos_v)
-        * optics.fade(root.sin_u)
-        * (root.p * (root.q / (root.p + root.q)))
-        / m;
-    let t = root.tangent(optics);
-    optics.phase.eval(&Azimuth::on_cone(t, wi, wo)).scaled(scale, is_lit)
+        * optics.area(ratio, optics.bend(sin_u), cos_v)
+        * optics.fade(sin_u)
+        * (p * (q / ((p + q) * m)));
+    let azimuth = Azimuth::in_plane([wi.x, rise_i], [wo.x, rise_o], wi.plus(wo));
+    optics.phase.eval(&azimuth).scaled(scale, is_lit)
 }

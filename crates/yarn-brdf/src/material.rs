@@ -10,6 +10,7 @@ use crate::albedo::Affine;
 use crate::azimuth::AzimuthSampler;
 use crate::cloth::{Cloth, ClothError, Steep};
 use crate::frame::Vector;
+use crate::place::Look;
 use crate::real::Real;
 use crate::reflectance::Reflectance;
 use crate::segment::{Optics, normal};
@@ -23,14 +24,11 @@ const STEEPEST: f64 = 0.999;
 /// One type of yarn in one precision.
 #[derive(Debug)]
 pub(crate) struct Material<R> {
-    pub(crate) color: [R; 3],
-    /// Of the peak and of the uniform part.
-    pub(crate) specular: [[R; 3]; 2],
-    /// k, the greatest component of `specular`.
+    pub(crate) look: Look<R>,
+    /// k, the greatest component of the specular colours.
     pub(crate) amount: R,
     /// Whether k is above 0.
     pub(crate) has_highlight: bool,
-    pub(crate) opacity: R,
     /// Segments up to a limit of w/l, and those up to each further limit in turn.
     bent: (f64, Piece<R>),
     lowered: Vec<(f64, Piece<R>)>,
@@ -250,10 +248,13 @@ fn material<R: Real>(
         (*limit, piece(yarn, *limit, false, table))
     };
     Material {
-        color: color(yarn.color),
-        specular: yarn.specular_colors().map(color),
+        look: Look {
+            color: color(yarn.color),
+            specular: yarn.specular_colors().map(color),
+            opacity: R::from_f64(yarn.opacity),
+            intensity: R::one(),
+        },
         amount: R::from_f64(yarn.specular_amount().into()),
-        opacity: R::from_f64(yarn.opacity),
         has_highlight: yarn.specular_amount() > 0.0,
         bent: bent_piece(&bent[0]),
         lowered: bent[1..].iter().map(bent_piece).collect(),

@@ -319,6 +319,17 @@ impl<R: Real> Azimuth<R> {
         Self { sum: a.plus(b), difference: a.minus(b), scale, half_vector: wi.plus(wo) }
     }
 
+    /// Of two unit vectors on the specular cone, by their parts in the plane across the fibre.
+    #[inline]
+    pub(crate) fn in_plane(a: [R; 2], b: [R; 2], half_vector: Vector<R>) -> Self {
+        let across = |x: R, y: R| Vector::new(x, y, R::zero());
+        let square = |v: [R; 2]| v[0] * v[0] + v[1] * v[1];
+        let scale = R::one() / (square(a) + square(b)).max(R::from_f64(1e-37));
+        let (sum, difference) =
+            (across(a[0] + b[0], a[1] + b[1]), across(a[0] - b[0], a[1] - b[1]));
+        Self { sum, difference, scale, half_vector }
+    }
+
     /// Of two unit vectors about the fibre tangent `t`. Where one lies along the fibre its azimuth
     /// is undefined; the values are then finite and arbitrary.
     #[inline]

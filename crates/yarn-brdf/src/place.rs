@@ -22,13 +22,19 @@ pub(crate) struct Place<'a, R> {
     pub(crate) piece: &'a Piece<R>,
     /// x and y in [−1, 1], and w/l.
     pub(crate) at: [R; 3],
-    pub(crate) color: [R; 3],
-    /// Of the peak and of the uniform part.
-    pub(crate) specular: [[R; 3]; 2],
+    pub(crate) look: &'a Look<R>,
     /// k, the greatest component of the specular colours of the type.
     pub(crate) amount: R,
     /// Whether k is above 0: then there is a highlight to compute.
     pub(crate) has_highlight: bool,
+}
+
+/// Colours of a place.
+#[derive(Clone, Debug)]
+pub(crate) struct Look<R> {
+    pub(crate) color: [R; 3],
+    /// Of the peak and of the uniform part.
+    pub(crate) specular: [[R; 3]; 2],
     pub(crate) opacity: R,
     /// Factor of the highlight's irregularity.
     pub(crate) intensity: R,
@@ -64,24 +70,18 @@ impl Shader {
         let yarn = usize::from(self.threads.yarn(&segment));
         let ratio = self.shape(&segment);
         let material = &materials[yarn];
-        let place = Place {
-            segment,
-            yarn,
-            piece: material.piece(segment.is_straight(), ratio),
-            at: [segment.x, segment.y, ratio].map(R::from_f64),
-            color: material.color,
-            specular: material.specular,
-            amount: material.amount,
-            has_highlight: material.has_highlight,
-            opacity: material.opacity,
-            intensity: R::one(),
-        };
+        let piece = material.piece(segment.is_straight(), ratio);
         let kind = &self.materials.kinds[yarn];
-        if kind.is_uniform {
-            Some(look(&place))
+        let irregular;
+        let (look_of, piece) = if kind.is_uniform {
+            (&material.look, piece)
         } else {
-            Some(self.with_irregular(kind, place, uv, position, look))
-        }
+            irregular = self.irregular(kind, (&material.look, piece), segment, uv, position);
+            (&irregular.0, irregular.1.as_ref().unwrap_or(piece))
+        };
+        let at = [segment.x, segment.y, ratio].map(R::from_f64);
+        let (amount, has_highlight) = (material.amount, material.has_highlight);
+        Some(look(&Place { segment, yarn, piece, at, look: look_of, amount, has_highlight }))
     }
 
     /// Width over length of a segment in metres; 0 for a straight piece, which has no curvature to
@@ -94,32 +94,32 @@ impl Shader {
         segment.width * self.frame.aspects[usize::from(segment.is_warp)] / segment.length
     }
 
-    /// What `look` makes of `place` once textures and noise have changed it.
+    /// What textures and noise make of a segment: of its colours, and of its shape if they change it.
     #[inline(never)]
-    fn with_irregular<R: Real, T>(
+    fn irregular<R: Real>(
         &self,
         kind: &Kind,
-        mut place: Place<'_, R>,
+        (look, piece): (&Look<R>, &Piece<R>),
+        segment: Segment,
         uv: DVec2,
         position: Position,
-        look: impl FnOnce(&Place<'_, R>) -> T,
-    ) -> T {
-        let segment = place.segment;
+    ) -> (Look<R>, Option<Piece<R>>) {
+        let mut look = look.clone();
         let line = Line { seed: self.seed, is_warp: segment.is_warp, index: segment.line };
         let noise = &kind.yarn.noise;
         let color = |c: [f32; 3]| c.map(|value| R::from_f64(f64::from(value).clamp(0.0, 1.0)));
         for (target, texture) in &kind.textures {
             match *target {
-                Target::Color => place.color = color(texture.value(uv, 0.0)),
+                Target::Color => look.color = color(texture.value(uv, 0.0)),
                 Target::Specular => {
-                    place.specular[0] = color(texture.value(uv, 0.0));
+                    look.specular[0] = color(texture.value(uv, 0.0));
                     if kind.yarn.specular_uniform.is_none() {
-                        place.specular[1] = place.specular[0];
+                        look.specular[1] = look.specular[0];
                     }
                 }
                 Target::Parameter("opacity") => {
                     let value = texture.value(self.middle(&segment), 0.0)[0];
-                    place.opacity = R::from_f64(f64::from(value).clamp(0.0, 1.0));
+                    look.opacity = R::from_f64(f64::from(value).clamp(0.0, 1.0));
                 }
                 Target::Parameter(_) => {}
             }
@@ -133,27 +133,23 @@ impl Shader {
                 .wrapping_add((fraction * grains) as i64);
             let across = (0.5 * (segment.x + 1.0) * grains) as i64;
             let factor = 1.0 - noise.intensity + noise.intensity * line.intensity(along, across);
-            place.intensity = R::from_f64(factor);
+            look.intensity = R::from_f64(factor);
         }
         if noise.color > 0.0 {
             let factor = R::from_f64(1.0 + noise.color * line.signed(Use::Lightness, 0));
-            place.color = place.color.map(|value| (value * factor).min(R::one()));
+            look.color = look.color.map(|value| (value * factor).min(R::one()));
         }
-        if kind.is_reshaped {
-            let piece = self.reshaped(kind, &place);
-            look(&Place { piece: &piece, ..place })
-        } else {
-            look(&place)
-        }
+        let reshaped = kind.is_reshaped.then(|| self.reshaped(kind, piece, &segment));
+        (look, reshaped)
     }
 
-    /// The piece that textures and noise make of that of `place`.
+    /// The piece that textures and noise make of that of a segment.
     #[cold]
-    fn reshaped<R: Real>(&self, kind: &Kind, place: &Place<'_, R>) -> Piece<R> {
-        let yarn = self.yarn_of(kind, &place.segment, place.piece.u_max_limit);
-        let optics = Optics::new(&yarn, place.segment.is_straight(), self.mapping);
+    fn reshaped<R: Real>(&self, kind: &Kind, piece: &Piece<R>, segment: &Segment) -> Piece<R> {
+        let yarn = self.yarn_of(kind, segment, piece.u_max_limit);
+        let optics = Optics::new(&yarn, segment.is_straight(), self.mapping);
         let sampler = AzimuthSampler::new(&yarn.phase);
-        Piece { optics, sampler, ..place.piece.clone() }
+        Piece { optics, sampler, ..piece.clone() }
     }
 
     /// The yarn that textures and noise make of a segment.

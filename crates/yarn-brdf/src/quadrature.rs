@@ -52,11 +52,11 @@ impl Shader {
                 if is_mean {
                     integrals.mean(wo).at(ratio) / divisor
                 } else {
-                    integrals.at_point(x, y, wo).at(ratio) / divisor * place.intensity
+                    integrals.at_point(x, y, wo).at(ratio) / divisor * place.look.intensity
                 }
             };
             // The uniform part may have a colour of its own.
-            let [of_peak, of_uniform] = place.specular.map(DVec3::from_array);
+            let [of_peak, of_uniform] = place.look.specular.map(DVec3::from_array);
             let highlight = if of_peak == of_uniform {
                 of_peak * specular(yarn)
             } else {
@@ -77,7 +77,7 @@ impl Shader {
             } else {
                 self.diffuse_albedo(place, wo, 1.0)
             };
-            place.opacity * (highlight + DVec3::from_array(place.color) * diffuse)
+            place.look.opacity * (highlight + DVec3::from_array(place.look.color) * diffuse)
         });
         albedo.unwrap_or(DVec3::ZERO)
     }

@@ -4,6 +4,9 @@
 //! what a renderer calls; lanes of `f32` fit in the same way, with a mask per lane instead of a
 //! `bool`.
 
+use fearless_simd::prelude::*;
+use fearless_simd::{Level, f32x4};
+
 use core::ops::{Add, BitAnd, Div, Mul, Neg, Sub};
 
 /// A real number, or several side by side, with the functions that the shading kernel calls.
@@ -22,8 +25,12 @@ pub(crate) trait Real:
     fn from_f64(value: f64) -> Self;
     /// √`self`, for `self` ≥ 0.
     fn sqrt(self) -> Self;
+    /// √ of each of four.
+    fn sqrt_each(of: [Self; 4]) -> [Self; 4];
     /// |`self`|.
     fn abs(self) -> Self;
+    /// |`self`| with the sign of `sign`, which that of a zero is.
+    fn copysign(self, sign: Self) -> Self;
     /// The smaller of two; `other` if `self` is NaN.
     fn min(self, other: Self) -> Self;
     /// The greater of two; `other` if `self` is NaN.
@@ -47,8 +54,8 @@ pub(crate) trait Real:
     /// The value at `position` in [0, n − 1] of a table of n ≥ 2 entries, linear between them; at
     /// the nearest end where it is outside.
     fn linear(table: &[f32], position: Self) -> Self;
-    /// The two values at (row, column) `at` of a table of `shape` rows and columns, at least 2 of each,
-    /// bilinear between them; at the nearest edge where that is outside.
+    /// The two values at (row, column) `at`, ≥ 0 and at most that of the last entry, of a table of
+    /// `shape` rows and columns, at least 2 of each, bilinear between them.
     fn bilinear(table: &[[f32; 2]], shape: [usize; 2], at: [Self; 2]) -> [Self; 2];
 
     /// 1.
@@ -71,16 +78,19 @@ pub(crate) trait Real:
 }
 
 macro_rules! impl_real {
-    ($float:ty, $i0e:path) => {
+    ($float:ty, $vec4:ty, $sqrt_each:path, $i0e:path) => {
         const _: () = {
-            /// The entry before `position` in a table of `count` ≥ 2, that is not the last, and the rest.
+            /// Added to a number, this leaves its nearest integer in the last bits: a conversion
+            /// that saturates, as `as` does, takes longer.
+            const ROUND: $float = 1.0 / <$float>::EPSILON;
+            /// The entry at or before `position` in a table of `count` ≥ 2, that is not the last, and
+            /// the rest.
             #[inline(always)]
             fn split(position: $float, count: usize) -> (usize, $float) {
-                let last = (count - 1) as i32;
-                // A NaN becomes 0.
-                let position = position.max(0.0).min(last as $float);
-                let index = (position as i32).min(last - 1);
-                (index as usize, position - index as $float)
+                // At an entry, where the half is a tie, the one before it does as well. A NaN becomes 0.
+                let rounded = (position - 0.5).clamp_to(0.0, (count - 2) as $float) + ROUND;
+                let index = rounded.to_bits() - ROUND.to_bits();
+                (index as usize, position - (rounded - ROUND))
             }
             impl Real for $float {
                 type Mask = bool;
@@ -94,16 +104,25 @@ macro_rules! impl_real {
                     self.sqrt()
                 }
                 #[inline(always)]
+                fn sqrt_each(of: [Self; 4]) -> [Self; 4] {
+                    $sqrt_each(of)
+                }
+                #[inline(always)]
                 fn abs(self) -> Self {
                     self.abs()
                 }
                 #[inline(always)]
+                fn copysign(self, sign: Self) -> Self {
+                    self.copysign(sign)
+                }
+                #[inline(always)]
                 fn min(self, other: Self) -> Self {
-                    self.min(other)
+                    // One instruction; `f32::min`, which may return either of NaN, takes five.
+                    if self < other { self } else { other }
                 }
                 #[inline(always)]
                 fn max(self, other: Self) -> Self {
-                    self.max(other)
+                    if self > other { self } else { other }
                 }
                 #[inline(always)]
                 fn exp(self) -> Self {
@@ -139,6 +158,7 @@ macro_rules! impl_real {
                 }
                 #[inline(always)]
                 fn linear(table: &[f32], position: Self) -> Self {
+                    let position = position.clamp_to(0.0, (table.len() - 1) as $float);
                     let (index, share) = split(position, table.len());
                     let (low, high): (Self, Self) = (table[index].into(), table[index + 1].into());
                     low + (high - low) * share
@@ -152,19 +172,29 @@ macro_rules! impl_real {
                     let (i, rest_i) = split(row, rows);
                     let (j, rest_j) = split(column, columns);
                     let block = &table[i * columns + j..][..columns + 2];
-                    let (near, far) = ([block[0], block[1]], [block[columns], block[columns + 1]]);
-                    let mix = |a: Self, b: Self, share: Self| a + (b - a) * share;
-                    let entry = |pair: [f32; 2], part: usize| -> Self { pair[part].into() };
-                    let part = |part: usize| {
-                        let near = mix(entry(near[0], part), entry(near[1], part), rest_j);
-                        let far = mix(entry(far[0], part), entry(far[1], part), rest_j);
-                        mix(near, far, rest_i)
+                    let pairs = |at: usize| {
+                        let [[a, b], [c, d]] = [block[at], block[at + 1]];
+                        <$vec4>::new(a.into(), b.into(), c.into(), d.into())
                     };
-                    [part(0), part(1)]
+                    let (near, far) = (pairs(0), pairs(columns));
+                    let [a, b, c, d] = (near + (far - near) * rest_i).to_array();
+                    [a + (c - a) * rest_j, b + (d - b) * rest_j]
                 }
             }
         };
     };
 }
-impl_real!(f32, pxfm::f_i0ef);
-impl_real!(f64, pxfm::f_i0e);
+
+/// √ of each, in one instruction where the processor has one.
+#[inline(always)]
+fn sqrt_each(of: [f32; 4]) -> [f32; 4] {
+    fearless_simd::dispatch!(Level::baseline(), simd => f32x4::simd_from(simd, of).sqrt().into())
+}
+
+#[inline(always)]
+fn sqrt_each_f64(of: [f64; 4]) -> [f64; 4] {
+    of.map(f64::sqrt)
+}
+
+impl_real!(f32, glam::Vec4, sqrt_each, pxfm::f_i0ef);
+impl_real!(f64, glam::DVec4, sqrt_each_f64, pxfm::f_i0e);

@@ -208,9 +208,18 @@ impl Reflectance {
     /// over a segment: bilinear in the table.
     #[inline(always)]
     pub(crate) fn at<R: Real>(&self, w: Vector<R>) -> Affine<R> {
-        let (row, column) = self.map.coordinates(w);
-        let [base, slope] = R::bilinear(&self.table, [ROWS, COLUMNS], [row, column]);
-        Affine { base, slope }
+        self.of_both([w, w])[0]
+    }
+
+    /// [`Reflectance::at`] for two directions, in less time than one after the other.
+    #[inline(always)]
+    pub(crate) fn of_both<R: Real>(&self, w: [Vector<R>; 2]) -> [Affine<R>; 2] {
+        let affine = |at| {
+            let [base, slope] = R::bilinear(&self.table, [ROWS, COLUMNS], at);
+            Affine { base, slope }
+        };
+        let [at_0, at_1] = self.map.coordinates(w);
+        [affine(at_0), affine(at_1)]
     }
 
     /// Mean of the table over the cosine-weighted hemisphere, less 10⁻⁵ of it: more than the error of its

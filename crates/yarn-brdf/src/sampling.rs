@@ -89,8 +89,8 @@ impl Shader {
     pub fn albedo(&self, uv: DVec2, wo: Vec3) -> Vec3 {
         let albedo = self.with_seen(uv, wo, |seen| {
             let (specular, diffuse) = self.lobe_albedos(seen);
-            let [of_peak, of_uniform] = seen.place.specular.map(Vec3::from);
-            of_peak.max(of_uniform) * specular + Vec3::from(seen.place.color) * diffuse
+            let [of_peak, of_uniform] = seen.place.look.specular.map(Vec3::from);
+            of_peak.max(of_uniform) * specular + Vec3::from(seen.place.look.color) * diffuse
         });
         albedo.unwrap_or(Vec3::ZERO)
     }
@@ -106,8 +106,8 @@ impl Shader {
             if place.has_highlight && seen.span[1] > seen.span[0] {
                 let (specular, diffuse) = self.lobe_albedos(&seen);
                 let bright = |color: [f32; 3]| color.into_iter().fold(0.0, f32::max);
-                let amount = bright(place.specular[0]).max(bright(place.specular[1]));
-                let (specular, diffuse) = (amount * specular, bright(place.color) * diffuse);
+                let amount = bright(place.look.specular[0]).max(bright(place.look.specular[1]));
+                let (specular, diffuse) = (amount * specular, bright(place.look.color) * diffuse);
                 let share = f64::from(specular / (specular + diffuse).max(f32::MIN_POSITIVE));
                 seen.share = share.clamp(LEAST_SHARE, 1.0 - LEAST_SHARE);
             }
@@ -139,7 +139,7 @@ impl Shader {
             let lit = (angle.sin() + (PI as f32 - angle) * angle.cos()) * (2.0 / (3.0 * PI)) as f32;
             of_all * scale * lit * n.dot(seen.wo).max(0.0)
         });
-        (specular * place.opacity, share * shape * place.opacity)
+        (specular * place.look.opacity, share * shape * place.look.opacity)
     }
 
     /// A direction of the yarn frame in the shading frame.

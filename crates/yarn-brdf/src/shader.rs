@@ -145,6 +145,7 @@ impl Shader {
     /// The BRDF at `uv` (m), in sr⁻¹, without the cosine, linear RGB: finite and ≥ 0 (Nelson, McEvoy
     /// & Fratarcangeli 2016, equation 1).
     #[must_use]
+    #[inline]
     pub fn eval(&self, uv: DVec2, wi: Vec3, wo: Vec3) -> Vec3 {
         let lobes = self.eval_lobes(uv, wi, wo);
         lobes.specular + lobes.diffuse
@@ -152,9 +153,29 @@ impl Shader {
 
     /// The lobes of [`Shader::eval`] apart.
     #[must_use]
+    #[inline]
     pub fn eval_lobes(&self, uv: DVec2, wi: Vec3, wo: Vec3) -> Lobes {
-        let [specular, diffuse] =
-            self.lobes(&self.materials.single, uv, Vector::<f32>::of(wi), Vector::<f32>::of(wo));
+        let (i, o) = (wi.to_array(), wo.to_array());
+        self.lobes_of(uv.x, uv.y, i[0], i[1], i[2], o[0], o[1], o[2])
+    }
+
+    /// [`Shader::eval_lobes`] of numbers that are passed in registers: vectors would go through memory
+    /// and be read back in pieces other than they were written in, which stalls.
+    #[inline(never)]
+    #[expect(clippy::too_many_arguments, reason = "two vectors and a position, by component")]
+    fn lobes_of(
+        &self,
+        u: f64,
+        v: f64,
+        ix: f32,
+        iy: f32,
+        iz: f32,
+        ox: f32,
+        oy: f32,
+        oz: f32,
+    ) -> Lobes {
+        let (wi, wo) = (Vector::new(ix, iy, iz), Vector::new(ox, oy, oz));
+        let [specular, diffuse] = self.lobes(&self.materials.single, DVec2::new(u, v), wi, wo);
         Lobes { specular: specular.into(), diffuse: diffuse.into() }
     }
 
@@ -174,7 +195,7 @@ impl Shader {
             return 1.0;
         }
         let opacity =
-            self.with_place(&self.materials.single, uv, Side::Face, |place| place.opacity);
+            self.with_place(&self.materials.single, uv, Side::Face, |place| place.look.opacity);
         opacity.unwrap_or(0.0)
     }
 
@@ -272,16 +293,18 @@ impl Shader {
     ) -> [[R; 3]; 2] {
         let piece = place.piece;
         let divisor = piece.reflectance.divisor(place.at[2]);
+        // First what every place has, so that it is under way where the highlight's branch goes wrong.
+        let diffuse = self.diffuse(place, divisor, wi, wo) * place.look.opacity;
+        let diffuse = place.look.color.map(|color| color * diffuse);
         let specular = if place.has_highlight {
             let Parts { peak, uniform } = highlight(&piece.optics, place.at, wi, wo);
-            let scale = place.intensity * place.opacity / divisor;
-            let [of_peak, of_uniform] = place.specular;
+            let scale = place.look.intensity * place.look.opacity / divisor;
+            let [of_peak, of_uniform] = place.look.specular;
             core::array::from_fn(|c| scale * (of_peak[c] * peak + of_uniform[c] * uniform))
         } else {
             [R::zero(); 3]
         };
-        let diffuse = self.diffuse(place, divisor, wi, wo) * place.opacity;
-        [specular, place.color.map(|color| color * diffuse)]
+        [specular, diffuse]
     }
 
     /// The diffuse lobe of an opaque white yarn, sr⁻¹, with its share of the light.
@@ -304,7 +327,8 @@ impl Shader {
             let scale = place.amount / divisor;
             let left = |albedo: R| (one - scale * albedo).max(R::zero());
             let table = &piece.reflectance;
-            let share = left(table.at(wi).at(ratio)) * left(table.at(wo).at(ratio));
+            let [of_wi, of_wo] = table.of_both([wi, wo]).map(|albedo| left(albedo.at(ratio)));
+            let share = of_wi * of_wo;
             if piece.diffuse_scale.is_some() {
                 // What a yarn's normal prefers may be what the highlight leaves.
                 share

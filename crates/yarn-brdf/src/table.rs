@@ -26,18 +26,24 @@ pub(crate) struct Map {
 }
 
 impl Map {
-    /// Row and column of a direction, unit, z ≥ 0.
+    /// Row and column of each of two directions, unit, z ≥ 0, whose roots are drawn side by side.
     #[inline(always)]
-    pub(crate) fn coordinates<R: Real>(self, w: Vector<R>) -> (R, R) {
+    pub(crate) fn coordinates<R: Real>(self, w: [Vector<R>; 2]) -> [[R; 2]; 2] {
         let (zero, one) = (R::zero(), R::one());
-        let row = (one - w.y.abs()).max(zero).sqrt().sqrt();
-        let z = w.z.max(zero);
-        let side = (z / (w.x.abs() + z).max(R::from_f64(1e-30))).sqrt();
-        let side = if self.is_sharp { side.sqrt() } else { side };
-        // Of (x, y) or (−x, −y), whichever has y ≥ 0.
-        let is_right = zero.lt(R::select(w.y.lt(zero), -w.x, w.x));
-        let column = R::select(is_right, R::from_f64(2.0) - side, side);
-        (row * R::from_f64((ROWS - 1) as f64), column * R::from_f64(0.5 * (COLUMNS - 1) as f64))
+        let [rest_i, rest_o] = w.map(|w| (one - w.y.abs()).max(zero));
+        let [side_i, side_o] = w.map(|w| {
+            let z = w.z.max(zero);
+            z / (w.x.abs() + z).max(R::from_f64(1e-30))
+        });
+        let once = R::sqrt_each([rest_i, rest_o, side_i, side_o]);
+        let twice = R::sqrt_each(once);
+        let sides = if self.is_sharp { [twice[2], twice[3]] } else { [once[2], once[3]] };
+        core::array::from_fn(|i| {
+            // The x of (x, y) or (−x, −y), whichever has y ≥ 0, tells the side of the middle.
+            let turn = (one - sides[i]).copysign(w[i].x * w[i].y);
+            let half = |count: usize| R::from_f64(0.5 * (count - 1) as f64);
+            [twice[i] * (half(ROWS) + half(ROWS)), (one + turn) * half(COLUMNS)]
+        })
     }
 
     /// The direction at a row and column of the table, and the solid angle there per cell, up to a
@@ -319,7 +325,7 @@ mod tests {
                 let (w, _) = map.direction(row, column);
                 assert!(w.is_normalized() && w.z > 0.0, "{row} {column}: {w}");
                 for w in [w, DVec3::new(-w.x, -w.y, w.z)] {
-                    let (s, t) = map.coordinates(Vector::<f64>::of(w));
+                    let [[s, t], _] = map.coordinates([Vector::<f64>::of(w); 2]);
                     // In the last row, y = 0, either half turn is as good.
                     let t = if row == 48.0 && w.y <= 0.0 { 48.0 - t } else { t };
                     let error = (s - row).abs().max((t - column).abs());
