@@ -1,21 +1,28 @@
-//! Time of one scalar call of the shader, look-up included, over random positions and directions.
+//! Time of one scalar call of the shader, look-up included, over random positions and directions, and
+//! the instructions that it takes, which are the same on a busy machine.
+//!
+//! The instructions are counted by running this program again under `valgrind --tool=callgrind`; where
+//! there is none, they are left out.
 
-#![allow(missing_docs, reason = "criterion's macros make public functions")]
+use std::hint::black_box;
+use std::process::Command;
 
-use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use criterion::{BenchmarkId, Criterion};
 use selvedge_normalize::halton::Halton;
 use selvedge_normalize::warp::square_to_cosine_hemisphere;
 use selvedge_yarn_brdf::glam::{DVec2, Vec3};
 use selvedge_yarn_brdf::{Cloth, Highlight, Noise, Shader, Thread, Weave, Yarn};
-use std::hint::black_box;
 
 /// A place, two directions and three numbers to draw a third with.
 type Query = (DVec2, Vec3, Vec3, [f32; 3]);
 
+/// So many that no branch predictor learns them by heart.
+const QUERIES: usize = 1 << 14;
+
 fn queries() -> Vec<Query> {
     Halton::<9>::new()
         .points_from(std::num::NonZeroU32::MIN)
-        .take(1024)
+        .take(QUERIES)
         .map(|[a, b, c, d, e, f, g, h, i]| {
             let direction = |x, y| square_to_cosine_hemisphere(DVec2::new(x, y)).as_vec3();
             let xi = [g, h, i].map(|x| x as f32);
@@ -24,52 +31,98 @@ fn queries() -> Vec<Query> {
         .collect()
 }
 
-fn shaders() -> Vec<(&'static str, Shader)> {
-    let yarn = Yarn::default;
-    let noise = Noise { intensity: 1.0, ..Noise::default() };
-    let yarns = [
-        ("staple", yarn()),
-        ("filament", Yarn { psi: 0.0, ..yarn() }),
-        ("rough", Yarn { highlight: Highlight::Rough { sigma: 0.15 }, ..yarn() }),
-        ("noise", Yarn { noise, ..yarn() }),
-        ("gaps", Yarn { size: 0.8, ..yarn() }),
-    ];
-    yarns
-        .into_iter()
-        .map(|(name, yarn)| {
-            let weave =
-                Weave::new(60, 60, |end, pick| (3 * pick + end) % 8 != 0).expect("60 by 60");
-            let diameter = Some(5e-4 * yarn.size);
-            let thread =
-                Thread { color: [0.4; 3], pitch: Some(5e-4), diameter, ..Thread::default() };
-            let cloth = Cloth::from_threads(weave, &[thread; 60], &[thread; 60], &yarn);
-            (name, cloth.and_then(|cloth| cloth.prepare()).expect("valid"))
-        })
-        .collect()
+/// What the fabrics are called that are shaded.
+const FABRICS: [&str; 5] = ["staple", "filament", "rough", "noise", "gaps"];
+
+fn shader(fabric: &str) -> Shader {
+    let yarn = Yarn::default();
+    let yarn = match fabric {
+        "filament" => Yarn { psi: 0.0, ..yarn },
+        "rough" => Yarn { highlight: Highlight::Rough { sigma: 0.15 }, ..yarn },
+        "noise" => Yarn { noise: Noise { intensity: 1.0, ..Noise::default() }, ..yarn },
+        "gaps" => Yarn { size: 0.8, ..yarn },
+        _ => yarn,
+    };
+    let weave = Weave::new(60, 60, |end, pick| (3 * pick + end) % 8 != 0).expect("60 by 60");
+    let diameter = Some(5e-4 * yarn.size);
+    let thread = Thread { color: [0.4; 3], pitch: Some(5e-4), diameter, ..Thread::default() };
+    let cloth = Cloth::from_threads(weave, &[thread; 60], &[thread; 60], &yarn);
+    cloth.and_then(|cloth| cloth.prepare()).expect("valid")
 }
 
-fn bench(c: &mut Criterion) {
+type Call = fn(&Shader, &Query) -> f32;
+
+const CALLS: [(&str, Call); 4] = [
+    ("eval", |shader, &(uv, wi, wo, _)| shader.eval(uv, wi, wo).x),
+    ("sample", |shader, &(uv, _, wo, xi)| shader.sample(uv, wo, xi).map_or(0.0, |s| s.pdf)),
+    ("pdf", |shader, &(uv, wi, wo, _)| shader.pdf(uv, wi, wo)),
+    ("yarn_at", |shader, &(uv, ..)| shader.yarn_at(uv).map_or(0.0, |point| point.u as f32)),
+];
+
+fn time(c: &mut Criterion) {
     let queries = queries();
-    let shaders = shaders();
-    let mut measure = |name: &str, call: &dyn Fn(&Shader, &Query) -> f32| {
+    let shaders = FABRICS.map(|fabric| (fabric, shader(fabric)));
+    for (name, call) in CALLS {
         let mut group = c.benchmark_group(name);
-        for (yarn, shader) in &shaders {
+        for (fabric, shader) in &shaders {
             let mut next = queries.iter().cycle();
-            group.bench_function(BenchmarkId::from_parameter(yarn), |bencher| {
+            group.bench_function(BenchmarkId::from_parameter(fabric), |bencher| {
                 bencher.iter(|| {
                     let query = next.next().expect("the cycle never ends");
                     call(shader, black_box(query))
                 });
             });
         }
-    };
-    measure("eval", &|shader, &(uv, wi, wo, _)| shader.eval(uv, wi, wo).x);
-    measure("sample", &|shader, &(uv, _, wo, xi)| {
-        shader.sample(uv, wo, xi).map_or(0.0, |sample| sample.pdf)
-    });
-    measure("pdf", &|shader, &(uv, wi, wo, _)| shader.pdf(uv, wi, wo));
-    measure("yarn_at", &|shader, &(uv, ..)| shader.yarn_at(uv).map_or(0.0, |point| point.u as f32));
+    }
 }
 
-criterion_group!(benches, bench);
-criterion_main!(benches);
+/// Calls to count the instructions of.
+const COUNTED: usize = 10_000;
+
+/// The fabric, the call and the number of calls that a run under valgrind makes.
+const COUNT: &str = "SELVEDGE_COUNT";
+
+/// Makes the calls that `task` tells of.
+fn run(task: &str) {
+    let mut parts = task.split(' ');
+    let mut next = || parts.next().expect("fabric, call and number");
+    let (shader, name, number) = (shader(next()), next(), next());
+    let (_, call) = CALLS.into_iter().find(|(known, _)| *known == name).expect("a known call");
+    let number: usize = number.parse().expect("a number");
+    for query in queries().iter().take(number) {
+        black_box(call(&shader, black_box(query)));
+    }
+}
+
+/// Instructions of a run of `task`; `None` where there is no valgrind.
+fn instructions(task: &str) -> Option<u64> {
+    let program = std::env::current_exe().ok()?;
+    let output = Command::new("valgrind")
+        .args(["--tool=callgrind", "--callgrind-out-file=/dev/null"])
+        .arg(program)
+        .env(COUNT, task)
+        .output()
+        .ok()?;
+    let report = String::from_utf8_lossy(&output.stderr).into_owned();
+    let collected = report.lines().find_map(|line| line.split("Collected : ").nth(1))?;
+    collected.trim().parse().ok()
+}
+
+fn main() {
+    if let Ok(task) = std::env::var(COUNT) {
+        return run(&task);
+    }
+    let mut criterion = Criterion::default().configure_from_args();
+    time(&mut criterion);
+    criterion.final_summary();
+    for fabric in FABRICS {
+        let Some(before) = instructions(&format!("{fabric} eval 0")) else {
+            return eprintln!("no valgrind: instructions are not counted");
+        };
+        for (name, _) in CALLS {
+            if let Some(all) = instructions(&format!("{fabric} {name} {COUNTED}")) {
+                println!("{name}/{fabric}: {} instructions", (all - before) / COUNTED as u64);
+            }
+        }
+    }
+}
