@@ -19,6 +19,7 @@ pub mod command;
 pub mod draft;
 pub mod fabric;
 pub mod image;
+mod json;
 pub mod output;
 pub mod render;
 pub mod scene;

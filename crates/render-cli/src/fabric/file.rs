@@ -11,6 +11,8 @@ use serde::{
     },
 };
 
+use crate::json;
+
 /// What a file holds.
 #[derive(Debug, PartialEq)]
 pub(super) struct FabricFile {
@@ -34,7 +36,8 @@ const HEAD: [&str; 2] = ["version", "draft"];
 
 /// The fabric in `text`, or where what is wrong with it, and what would not be.
 pub(super) fn parse(text: &[u8]) -> Result<FabricFile, String> {
-    serde_json::from_slice(text).map_err(|error| describe(&error))
+    // The keys of the head are handed on to a fabric no more than its own are to the head.
+    json::parse(text, &|known| if known.contains(&"overrides") { &HEAD } else { &[] })
 }
 
 impl<'de> Deserialize<'de> for FabricFile {
@@ -132,54 +135,6 @@ impl<'de> Deserialize<'de> for DraftSource {
             }
         }
         from.deserialize_any(DraftVisitor)
-    }
-}
-
-/// The error as `line 3, column 7: found, expected`.
-fn describe(error: &serde_json::Error) -> String {
-    let (line, column) = (error.line(), error.column());
-    let text = error.to_string();
-    let text = text.strip_suffix(&format!(" at line {line} column {column}")).unwrap_or(&text);
-    // What serde quotes: the name that is wrong first, then those that are not.
-    let mut names = text.split('`').skip(1).step_by(2);
-    let found = names.next().unwrap_or_default();
-    let what = if text.starts_with("unknown ") {
-        let mut known: Vec<_> = names.collect();
-        if known.contains(&"overrides") {
-            known.extend(HEAD);
-        }
-        let kind = if text.starts_with("unknown field") { "key" } else { "name" };
-        format!("unknown {kind} {found:?}, expected {}", nearest(found, &known))
-    } else if text.starts_with("missing field") {
-        format!("found no {found:?}, expected one")
-    } else if text.starts_with("duplicate field") {
-        format!("found {found:?} a second time, expected it once")
-    } else if error.is_eof() {
-        "found the end of the file, expected more".to_owned()
-    } else {
-        let text = text.strip_prefix("invalid type: ").unwrap_or(text);
-        let text = text.strip_prefix("invalid value: ").unwrap_or(text);
-        let mut text = text.replace('`', "");
-        for (of_rust, plain) in [
-            ("f64", "a number"),
-            ("f32", "a number"),
-            ("u32", "a whole number"),
-            ("u64", "a whole number"),
-        ] {
-            text = text.replace(&format!("expected {of_rust}"), &format!("expected {plain}"));
-        }
-        text
-    };
-    format!("line {line}, column {column}: {what}")
-}
-
-/// The known name that `found` is most likely to mean, or all.
-fn nearest(found: &str, known: &[&str]) -> String {
-    const ALIKE: f64 = 0.8;
-    let likeness = known.iter().map(|name| (strsim::jaro_winkler(found, name), name));
-    match likeness.max_by(|a, b| a.0.total_cmp(&b.0)) {
-        Some((likeness, name)) if likeness >= ALIKE => format!("{name:?}"),
-        _ => format!("one of {}", known.join(", ")),
     }
 }
 
