@@ -14,7 +14,13 @@ pub(crate) fn optional<'de, D: Deserializer<'de>>(from: D) -> Result<Option<[f32
     Ok(Option::<Color>::deserialize(from)?.map(|Color(color)| color))
 }
 
-struct Color([f32; 3]);
+/// A colour as files write it: `[red, green, blue]`, linear, one number for a grey, or `"#rrggbb"`
+/// in sRGB.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Color(
+    /// Linear RGB, any numbers.
+    pub [f32; 3],
+);
 
 impl<'de> Deserialize<'de> for Color {
     fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {

@@ -81,6 +81,7 @@ mod fabric;
 mod filament;
 mod frame;
 mod material;
+mod math;
 mod noise;
 mod parameter;
 mod partial;
@@ -107,6 +108,8 @@ mod yarn;
 pub use cloth::{
     Cloth, ClothError, Combination, DEFAULT_PITCH, MIN_SIZE, PLAUSIBLE_PITCH, Steep, Thread,
 };
+#[cfg(feature = "serde")]
+pub use color::Color;
 pub use fabric::{Fabric, Override};
 pub use glam;
 pub use material::Lowered;

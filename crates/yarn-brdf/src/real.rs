@@ -4,10 +4,12 @@
 //! what a renderer calls; lanes of `f32` fit in the same way, with a mask per lane instead of a
 //! `bool`.
 
+use core::ops::{Add, BitAnd, Div, Mul, Neg, Sub};
+
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, f32x4};
 
-use core::ops::{Add, BitAnd, Div, Mul, Neg, Sub};
+use crate::math;
 
 /// A real number, or several side by side, with the functions that the shading kernel calls.
 pub(crate) trait Real:
@@ -35,7 +37,7 @@ pub(crate) trait Real:
     fn min(self, other: Self) -> Self;
     /// The greater of two; `other` if `self` is NaN.
     fn max(self, other: Self) -> Self;
-    /// e to the power `self`.
+    /// e to the power `self` ≤ 88.
     fn exp(self) -> Self;
     /// Arcsine in rad, for |`self`| ≤ 1.
     fn asin(self) -> Self;
@@ -78,7 +80,7 @@ pub(crate) trait Real:
 }
 
 macro_rules! impl_real {
-    ($float:ty, $vec4:ty, $sqrt_each:path, $i0e:path) => {
+    ($float:ty, $vec4:ty, $sqrt_each:path, $exp:path, $asin:path, $sin_cos:path, $atan2:path, $i0e:path) => {
         const _: () = {
             /// Added to a number, this leaves its nearest integer in the last bits: a conversion
             /// that saturates, as `as` does, takes longer.
@@ -126,19 +128,19 @@ macro_rules! impl_real {
                 }
                 #[inline(always)]
                 fn exp(self) -> Self {
-                    self.exp()
+                    $exp(self)
                 }
                 #[inline(always)]
                 fn asin(self) -> Self {
-                    self.asin()
+                    $asin(self)
                 }
                 #[inline(always)]
                 fn sin_cos(self) -> (Self, Self) {
-                    self.sin_cos()
+                    $sin_cos(self)
                 }
                 #[inline(always)]
                 fn atan2(self, x: Self) -> Self {
-                    self.atan2(x)
+                    $atan2(self, x)
                 }
                 #[inline(always)]
                 fn i0e(self) -> Self {
@@ -196,5 +198,23 @@ fn sqrt_each_f64(of: [f64; 4]) -> [f64; 4] {
     of.map(f64::sqrt)
 }
 
-impl_real!(f32, glam::Vec4, sqrt_each, pxfm::f_i0ef);
-impl_real!(f64, glam::DVec4, sqrt_each_f64, pxfm::f_i0e);
+impl_real!(
+    f32,
+    glam::Vec4,
+    sqrt_each,
+    math::exp,
+    math::asin,
+    math::sin_cos,
+    math::atan2,
+    math::i0e
+);
+impl_real!(
+    f64,
+    glam::DVec4,
+    sqrt_each_f64,
+    f64::exp,
+    f64::asin,
+    f64::sin_cos,
+    f64::atan2,
+    pxfm::f_i0e
+);
