@@ -15,13 +15,14 @@
 
 use core::f64::consts::{FRAC_2_PI, FRAC_PI_2, PI};
 
-use selvedge_normalize::glam::{DVec2, DVec3};
+use selvedge_normalize::glam::DVec3;
 
 use crate::frame::Vector;
 use crate::real::Real;
 use crate::ring::{Rings, Turn};
 use crate::rough::longitudinal;
-use crate::segment::{COS_V_MIN, Mapping, Optics, Spread, normal, shaded_angles};
+use crate::rules::{Rules, gauss_legendre};
+use crate::segment::{Mapping, Optics, Spread, normal, shaded_angles};
 use crate::yarn::{Highlight, Yarn};
 
 /// An albedo affine in w/l: `base − slope·(w/l)`.
@@ -83,8 +84,8 @@ impl Nodes {
 
 /// The albedo integrals of one type of yarn.
 pub(crate) struct Integrals {
-    optics: Optics<f64>,
-    u_max: f64,
+    pub(crate) optics: Optics<f64>,
+    pub(crate) u_max: f64,
     arc: Rules,
     section: Rules,
     /// Angles around the section, rad, with their sines and cosines.
@@ -296,22 +297,6 @@ impl Integrals {
         }
     }
 
-    /// The point (x, y) of the segment for a point of the unit square, so spread that a search over
-    /// the square finds the edges of the yarn, where the arcsine map's dv/dx = 1/cos v is steep:
-    /// there, cos v is even in its logarithm.
-    pub(crate) fn point(&self, square: DVec2) -> (f64, f64) {
-        let centred = 2.0 * square - 1.0;
-        let is_steep = !matches!(self.optics.spread, Spread::Staple { .. })
-            && self.optics.mapping == Mapping::Arcsine;
-        let x = if is_steep {
-            let cos_v = COS_V_MIN.powf(centred.x.abs());
-            (1.0 - cos_v * cos_v).sqrt().copysign(centred.x)
-        } else {
-            centred.x
-        };
-        (x, centred.y)
-    }
-
     /// `∫ f_c pq/(p+q) cos θi dφ` at an inclination and an angle, given by sine and cosine, over the
     /// cone of directions that the fibre reflects into `wo` or, for rough fibres, all about it.
     fn reflected(&self, [sin_u, cos_u]: [f64; 2], [sin_v, cos_v]: [f64; 2], wo: DVec3) -> f64 {
@@ -406,59 +391,6 @@ fn vector(v: Vector<f64>) -> DVec3 {
     DVec3::new(v.x, v.y, v.z)
 }
 
-/// Nodes and weights on [−1, 1], crowded towards both ends by `s^power / (s^power + (1−s)^power)`.
-fn crowded(n: usize, power: f64) -> Vec<(f64, f64)> {
-    gauss_legendre(n)
-        .into_iter()
-        .map(|(node, weight)| {
-            let s = 0.5 * (1.0 + node);
-            let (a, b) = (s.powf(power), (1.0 - s).powf(power));
-            let slope = power * a * b / (s * (1.0 - s) * (a + b) * (a + b));
-            ((a - b) / (a + b), weight * slope)
-        })
-        .collect()
-}
-
-/// Rules for the parts of an interval.
-struct Rules(Vec<Vec<(f64, f64)>>);
-
-impl Rules {
-    /// Crowded rules of 1 to `n` nodes.
-    fn new(n: usize, power: f64) -> Self {
-        Self((1..=n).map(|n| crowded(n, power)).collect())
-    }
-
-    /// The rule for a part that is `share` of the interval.
-    fn of(&self, share: f64) -> &[(f64, f64)] {
-        let count = self.0.len();
-        let n = (count as f64 * share.clamp(0.0, 1.0).sqrt()).ceil() as usize;
-        // Nothing to integrate takes no node.
-        if share < 1e-9 { &[] } else { &self.0[n.min(count) - 1] }
-    }
-}
-
-/// Nodes and weights of the Gauss–Legendre rule of `n` points on [−1, 1].
-fn gauss_legendre(n: usize) -> Vec<(f64, f64)> {
-    let degree = n as f64;
-    (0..n)
-        .map(|i| {
-            // Newton's method from the Chebyshev-like guess (Abramowitz & Stegun 1964, 22.16.6).
-            let mut x = (PI * (i as f64 + 0.75) / (degree + 0.5)).cos();
-            let mut derivative = 1.0;
-            for _ in 0..4 {
-                let (mut p, mut previous) = (1.0, 0.0);
-                for k in 1..=n {
-                    let k = k as f64;
-                    (p, previous) = (((2.0 * k - 1.0) * x * p - (k - 1.0) * previous) / k, p);
-                }
-                derivative = degree * (x * p - previous) / (x * x - 1.0);
-                x -= p / derivative;
-            }
-            (x, 2.0 / ((1.0 - x * x) * derivative * derivative))
-        })
-        .collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -466,29 +398,9 @@ mod tests {
     use crate::phase::{Phase, PhaseTable};
     use crate::reflectance::{Reflectance, Subject};
     use crate::shader::highlight;
+    use selvedge_normalize::glam::DVec2;
     use selvedge_normalize::scale::Mode;
     use selvedge_normalize::warp::square_to_cosine_hemisphere;
-
-    #[test]
-    fn gauss_legendre_is_exact_for_polynomials() {
-        for n in [1, 2, 10, 16, 48] {
-            let rule = gauss_legendre(n);
-            for power in 0..2 * n.min(12) {
-                let sum: f64 = rule.iter().map(|&(x, w)| w * x.powi(power as i32)).sum();
-                let exact = if power % 2 == 0 { 2.0 / (power as f64 + 1.0) } else { 0.0 };
-                assert!((sum - exact).abs() < 1e-13, "{n} points, x^{power}: {sum}");
-            }
-        }
-    }
-
-    #[test]
-    fn crowded_nodes_integrate_smooth_functions() {
-        for (power, count) in [(1.0, 32), (1.5, 32), (3.0, 32)] {
-            let sum: f64 = crowded(count, power).iter().map(|&(x, w)| w * (x + x * x).exp()).sum();
-            let exact: f64 = gauss_legendre(40).iter().map(|&(x, w)| w * (x + x * x).exp()).sum();
-            assert!((sum / exact - 1.0).abs() < 1e-4, "{power}: {sum}, expected {exact}");
-        }
-    }
 
     fn yarns() -> Vec<Yarn> {
         let d = Yarn::default;

@@ -2,12 +2,12 @@
 
 use selvedge_normalize::glam::DVec2;
 use selvedge_normalize::halton::Halton;
-use selvedge_normalize::scale::{Mode, Normalization, Options, Place, ScaleError};
-use selvedge_normalize::search::Search;
+use selvedge_normalize::scale::{Mode, Normalization, Place, ScaleError};
 use selvedge_normalize::warp::square_to_uniform_hemisphere;
 
 use crate::albedo::{Affine, Integrals, Nodes};
 use crate::frame::Vector;
+use crate::points::{Chart, greatest_of_points};
 use crate::real::Real;
 use crate::segment::Mapping;
 use crate::table::{COLUMNS, Map, ROWS, Table};
@@ -74,19 +74,7 @@ impl Reflectance {
                 }
             }),
             Mode::Pointwise => {
-                let of_shape = |ratio: f64| {
-                    let albedo = |point: DVec2, wo| {
-                        let (x, y) = quick.point(point);
-                        quick.at_point(x, y, wo).at(ratio).max(0.0)
-                    };
-                    let mut found = Normalization::pointwise(albedo, &options())?;
-                    found.at.point = found.at.point.map(|point| {
-                        let (x, y) = quick.point(point);
-                        0.5 * (DVec2::new(x, y) + 1.0)
-                    });
-                    Ok(found)
-                };
-                [of_shape(0.0)?, of_shape(ratio_max)?]
+                [greatest_of_points(&quick, 0.0)?, greatest_of_points(&quick, ratio_max)?]
             }
         };
         let divisors = shapes().map(|s| {
@@ -139,9 +127,11 @@ impl Reflectance {
             for (ratio, greatest) in [0.0, ratio_max].into_iter().zip(greatest) {
                 excess = excess.max((albedo.at(ratio) - bound.at(ratio)) / greatest);
                 if mode == Mode::Pointwise {
-                    let (x, y) = integrals.point(DVec2::new(c, d));
-                    let found = integrals.at_point(x, y, wo).at(ratio);
-                    excess = excess.max(found / self.divisor::<f64>(ratio) - 1.0);
+                    for chart in Chart::ALL {
+                        let ([x, y], wo) = chart.at(&integrals, DVec2::new(c, d), wo);
+                        let found = integrals.at_point(x, y, wo).at(ratio);
+                        excess = excess.max(found / self.divisor::<f64>(ratio) - 1.0);
+                    }
                 }
             }
         }
@@ -245,12 +235,6 @@ impl Reflectance {
 /// What scales an albedo that is at most `greatest`; 1 where nothing is reflected.
 fn factor_of(greatest: f64) -> f64 {
     if greatest > 1e-30 { 1.0 / greatest } else { 1.0 }
-}
-
-/// The work put into the greatest albedo of a point.
-fn options() -> Options {
-    let explore = 2048.try_into().expect("2048 is not 0");
-    Options { search: Search { explore, refine: 8, steps: 200 }, ..Options::default() }
 }
 
 /// The shapes at which 1/factor is kept, as shares of the greatest w/l.

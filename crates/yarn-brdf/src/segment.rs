@@ -270,6 +270,11 @@ impl Optics<f64> {
         }
     }
 
+    /// Whether the spine is an arc of a circle.
+    pub(crate) fn is_circle(&self) -> bool {
+        self.conic.is_none()
+    }
+
     /// Whether the spine is nearly an arc of a circle: S changes by less than a factor of 2.2.
     pub(crate) fn is_round(&self) -> bool {
         self.conic.is_none_or(|(c, _)| (-0.4..=0.7).contains(&c))
