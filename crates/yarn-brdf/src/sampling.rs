@@ -195,7 +195,8 @@ fn density(seen: &Seen<'_>, wi: Vector<f32>) -> f64 {
     if seen.share == 0.0 {
         return diffuse;
     }
-    seen.share * highlight_density(seen, wi) + diffuse
+    // No more than the f32 holds that it is told in.
+    (seen.share * highlight_density(seen, wi) + diffuse).min(f32::MAX.into())
 }
 
 /// In the precision of the BRDF and by the same functions, so that both tell the same edges of the
@@ -216,7 +217,9 @@ fn highlight_density(seen: &Seen<'_>, wi: Vector<f32>) -> f64 {
                 return 0.0;
             }
             let t = root.tangent(optics);
-            let spread = (to - from) * f64::from((root.p + root.q) * optics.sin_psi.abs());
+            // Not in f32, where the product of a grazing direction's would be 0.
+            let sum = f64::from(root.p) + f64::from(root.q);
+            let spread = (to - from) * sum * f64::from(optics.sin_psi.abs());
             azimuth_density(&Azimuth::on_cone(t, wi, wo), t, root.q) / spread
         }
         Spread::Filament { delta, .. } => {
