@@ -1,5 +1,7 @@
 //! What is rendered: meshes, their materials, lights and a camera.
 
+#[cfg(test)]
+mod chi_square;
 pub mod drape;
 pub mod light;
 pub mod mesh;

@@ -1,8 +1,9 @@
-//! What lights a scene. Radiance is linear, with the primaries of sRGB.
+//! A rectangle drawn evenly by area.
 
 use glam::{Vec2, Vec3};
 
-use super::drape::RectangleLight;
+use super::{LightAhead, LightSample};
+use crate::scene::drape::RectangleLight;
 
 /// A rectangle that shines evenly from one side. It casts no shadow.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -11,28 +12,6 @@ pub struct AreaLight {
     pub shape: RectangleLight,
     /// Radiance that leaves it.
     pub radiance: Vec3,
-}
-
-/// The light that one point of an area light sends.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LightSample {
-    /// Towards the point: unit length, world space.
-    pub direction: Vec3,
-    /// To the point, in metres.
-    pub distance: f32,
-    /// Irradiance on a surface that faces the point, as if the whole light were there.
-    pub irradiance: Vec3,
-    /// The density of the direction when the point is drawn evenly, sr⁻¹.
-    pub density: f32,
-}
-
-/// Where a ray meets an area light.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LightAhead {
-    /// To the point, in metres.
-    pub distance: f32,
-    /// The density with which [`AreaLight::sample`] draws the direction, sr⁻¹.
-    pub density: f32,
 }
 
 impl AreaLight {
@@ -66,23 +45,8 @@ impl AreaLight {
         let offset = origin + direction * distance - centre;
         let is_within = |half: Vec3| offset.dot(half).abs() <= half.length_squared();
         let is_met = projected > 0.0 && distance > 0.0 && is_within(half_u) && is_within(half_v);
-        is_met.then(|| LightAhead { distance, density: distance * distance / projected })
-    }
-}
-
-/// A dome at infinity, brightest above.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sky {
-    /// Radiance straight from above.
-    pub zenith: Vec3,
-    /// Radiance from the horizon and from below it.
-    pub horizon: Vec3,
-}
-
-impl Sky {
-    /// Radiance from the unit vector `direction`, linear in its z above the horizon.
-    pub fn radiance(&self, direction: Vec3) -> Vec3 {
-        self.horizon.lerp(self.zenith, direction.z.max(0.0))
+        let density = distance * distance / projected;
+        is_met.then_some(LightAhead { distance, density, radiance: self.radiance })
     }
 }
 

@@ -1,0 +1,181 @@
+//! Whether drawn directions follow the density that is told of them, by Pearson's χ² test.
+
+use glam::{DVec2, DVec3, Vec2, Vec3};
+use selvedge_normalize::warp::{disk_to_square, square_to_disk};
+
+/// Random numbers from a seed (Steele, Lea & Flood 2014, SplitMix).
+#[derive(Clone, Debug)]
+pub(super) struct Random(pub(super) u64);
+
+impl Random {
+    /// A number in [0, 1) of 24 bits.
+    pub(super) fn number(&mut self) -> f32 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 40) as f32 / (1 << 24) as f32
+    }
+
+    /// A point of [0, 1)².
+    pub(super) fn square(&mut self) -> Vec2 {
+        Vec2::new(self.number(), self.number())
+    }
+}
+
+/// The directions that are tested: those around an axis, up to a height 1 − cos.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Cap {
+    axis: DVec3,
+    height: f64,
+}
+
+/// How well draws and density agree.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Fit {
+    /// Chance of counts as far from the density as these.
+    pub(super) p_value: f64,
+    /// Of the density over the cap.
+    pub(super) integral: f64,
+    /// Standard error of the integral.
+    pub(super) error: f64,
+    /// Share of draws in the cap.
+    pub(super) share: f64,
+}
+
+/// Cells along each side of the square that the cap is mapped to, and points along each side of a
+/// cell at which the density is evaluated.
+const CELLS: usize = 16;
+const POINTS: usize = 40;
+
+/// Draws of each test.
+pub(super) const DRAWS: usize = 100_000;
+
+impl Cap {
+    pub(super) const SPHERE: Self = Self { axis: DVec3::Z, height: 2.0 };
+
+    /// Around the middle of directions, so wide that a `share` of them is inside.
+    pub(super) fn around(directions: &[Vec3], share: f64) -> Self {
+        let sum: Vec3 = directions.iter().sum();
+        let axis = sum.as_dvec3().normalize_or(DVec3::Z);
+        let mut cap = Self { axis, height: 0.0 };
+        let mut heights: Vec<f64> = directions.iter().map(|w| cap.height_of(*w)).collect();
+        heights.sort_by(f64::total_cmp);
+        let last = ((share * heights.len() as f64) as usize).min(heights.len() - 1);
+        cap.height = (1.2 * heights[last]).min(2.0);
+        cap
+    }
+
+    fn height_of(&self, w: Vec3) -> f64 {
+        0.5 * (w.as_dvec3() - self.axis).length_squared()
+    }
+
+    fn direction(&self, square: DVec2) -> Vec3 {
+        let disk = square_to_disk(square);
+        let depth = self.height * disk.length_squared().min(1.0);
+        let across = disk * (self.height * (2.0 - depth)).sqrt();
+        let (x, y) = self.axis.any_orthonormal_pair();
+        (x * across.x + y * across.y + self.axis * (1.0 - depth)).normalize().as_vec3()
+    }
+
+    /// The cell that a direction is in.
+    fn cell(&self, w: Vec3) -> Option<usize> {
+        let (x, y) = self.axis.any_orthonormal_pair();
+        let across = DVec2::new(x.dot(w.as_dvec3()), y.dot(w.as_dvec3()));
+        let radius = (self.height_of(w) / self.height).sqrt();
+        let square = disk_to_square(across.normalize_or_zero() * radius);
+        let index = (square * CELLS as f64).as_usizevec2().min(glam::USizeVec2::splat(CELLS - 1));
+        (radius <= 1.0).then_some(index.y * CELLS + index.x)
+    }
+
+    /// How [`DRAWS`] draws, of which some may give nothing, fit the density in sr⁻¹.
+    pub(super) fn fit(
+        &self,
+        random: &mut Random,
+        mut draw: impl FnMut(&mut Random) -> Option<Vec3>,
+        density: impl Fn(Vec3) -> f32,
+    ) -> Fit {
+        let mut found = [0.0; CELLS * CELLS];
+        for _ in 0..DRAWS {
+            if let Some(cell) = draw(random).and_then(|w| self.cell(w)) {
+                found[cell] += 1.0;
+            }
+        }
+        let expected: Vec<_> =
+            (0..found.len()).map(|cell| self.integral(cell, random, &density)).collect();
+        let draws = DRAWS as f64;
+        let integral: f64 = expected.iter().map(|part| part.0).sum();
+        let share = found.iter().sum::<f64>() / draws;
+        let variance: f64 = expected.iter().map(|part| part.1).sum();
+        let outside = (draws * (1.0 - share), ((1.0 - integral).max(0.0), variance));
+        let counts = found.into_iter().zip(expected).chain([outside]).map(|(found, expected)| {
+            let (share, variance) = expected;
+            Count { found, expected: draws * share, variance: draws * (share + draws * variance) }
+        });
+        Fit { p_value: p_value(counts), integral, error: variance.sqrt(), share }
+    }
+
+    /// Of the density over a cell, and the variance of that estimate: one point in each part of the
+    /// cell, at random.
+    fn integral(
+        &self,
+        cell: usize,
+        random: &mut Random,
+        density: impl Fn(Vec3) -> f32,
+    ) -> (f64, f64) {
+        let place = |index, side| DVec2::new((index % side) as f64, (index / side) as f64);
+        let part = std::f64::consts::TAU * self.height / (CELLS * POINTS).pow(2) as f64;
+        let (mut sum, mut variance, mut last) = (0.0, 0.0, 0.0);
+        for point in 0..POINTS * POINTS {
+            let within = (place(point, POINTS) + random.square().as_dvec2()) / POINTS as f64;
+            let square = (place(cell, CELLS) + within) / CELLS as f64;
+            let share = part * f64::from(density(self.direction(square)));
+            sum += share;
+            if point % 2 == 1 {
+                // Of points at random the square of a difference is the variance of a sum.
+                variance += (share - last).powi(2);
+            }
+            last = share;
+        }
+        (sum, variance)
+    }
+}
+
+/// Draws found in a cell, and how many were expected with which variance.
+#[derive(Clone, Copy, Debug, Default)]
+struct Count {
+    found: f64,
+    expected: f64,
+    variance: f64,
+}
+
+impl Count {
+    fn and(self, other: Self) -> Self {
+        Self {
+            found: self.found + other.found,
+            expected: self.expected + other.expected,
+            variance: self.variance + other.variance,
+        }
+    }
+}
+
+/// The chance of counts at least as far from the expected ones, with cells that expect few in one.
+fn p_value(counts: impl Iterator<Item = Count>) -> f64 {
+    let (mut pooled, small): (Vec<_>, Vec<_>) = counts.partition(|count| count.expected >= 10.0);
+    pooled.push(small.into_iter().fold(Count::default(), Count::and));
+    let statistic: f64 = pooled
+        .iter()
+        .map(|count| (count.found - count.expected).powi(2) / count.variance.max(1.0))
+        .sum();
+    pxfm::f_gamma_q(0.5 * (pooled.len() - 1).max(1) as f64, 0.5 * statistic)
+}
+
+#[test]
+fn test_tells_a_density_from_one_that_is_slightly_off() {
+    let mut random = Random(1);
+    let uniform = |random: &mut Random| Some(Cap::SPHERE.direction(random.square().as_dvec2()));
+    let density = |slope: f32| move |w: Vec3| (1.0 + slope * w.x) / (4.0 * std::f32::consts::PI);
+    let fit = Cap::SPHERE.fit(&mut random, uniform, density(0.0));
+    assert!(fit.p_value > 0.01 && (fit.integral - 1.0).abs() < 1e-6, "{fit:?}");
+    let fit = Cap::SPHERE.fit(&mut random, uniform, density(0.1));
+    assert!(fit.p_value < 1e-6, "{fit:?}");
+}

@@ -1,0 +1,66 @@
+//! Light from afar.
+
+use std::f32::consts::PI;
+
+use glam::{Vec2, Vec3};
+
+use super::{LightAhead, LightSample, cone::Cone};
+
+/// A light at infinity that looks like an even disc, or comes from a single direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Distant {
+    towards: Vec3,
+    irradiance: Vec3,
+    disc: Option<Disc>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Disc {
+    cone: Cone,
+    radiance: Vec3,
+}
+
+impl Distant {
+    /// The light that gives a surface facing it `irradiance` and looks `angular_diameter` rad wide: up
+    /// to π; when 0 it comes from a single direction. `towards` is the unit vector to its middle,
+    /// world space.
+    ///
+    /// An even disc of radiance L and angular radius α has the irradiance π L sin²α (Pharr, Jakob &
+    /// Humphreys 2023, section 4.2.1), so a wider one is as bright on the scene.
+    pub fn new(towards: Vec3, irradiance: Vec3, angular_diameter: f32) -> Self {
+        let sine = (0.5 * f64::from(angular_diameter).clamp(0.0, PI.into())).sin();
+        let cone = Cone::of_sine_squared(towards.as_dvec3().normalize_or_zero(), sine * sine);
+        let radiance = irradiance / (PI * (sine * sine) as f32);
+        let is_wide = cone.solid_angle().recip() <= f32::MAX.into() && radiance.is_finite();
+        Self { towards, irradiance, disc: is_wide.then_some(Disc { cone, radiance }) }
+    }
+
+    /// See [`Light::sample`](super::Light::sample): all directions of the disc are equally likely.
+    pub(super) fn sample(&self, square: Vec2) -> Option<LightSample> {
+        let single = LightSample {
+            direction: self.towards,
+            distance: f32::INFINITY,
+            irradiance: self.irradiance,
+            density: f32::INFINITY,
+        };
+        Some(self.disc.map_or(single, |Disc { cone, radiance }| LightSample {
+            direction: cone.direction(square),
+            distance: f32::INFINITY,
+            irradiance: radiance * cone.solid_angle() as f32,
+            density: cone.solid_angle().recip() as f32,
+        }))
+    }
+
+    /// See [`Light::ahead`](super::Light::ahead).
+    pub(super) fn ahead(&self, direction: Vec3) -> Option<LightAhead> {
+        let Disc { cone, radiance } = self.disc?;
+        let density = cone.solid_angle().recip() as f32;
+        let ahead = LightAhead { distance: f32::INFINITY, density, radiance };
+        cone.contains(direction).then_some(ahead)
+    }
+
+    /// π R² E.
+    pub(super) fn power(&self, scene_radius: f32) -> Vec3 {
+        self.irradiance * (PI * scene_radius * scene_radius)
+    }
+}
