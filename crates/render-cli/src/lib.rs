@@ -50,6 +50,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     match &arguments.command {
         Command::Render(options) => command::render::run(options).map(|()| Outcome::Done),
         Command::Swatch(options) => command::swatch::run(options).map(|()| Outcome::Done),
+        Command::Presets => command::presets::run().map(|()| Outcome::Done),
         Command::Draft(command) => command::draft::run(command),
     }
 }

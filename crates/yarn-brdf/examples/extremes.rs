@@ -20,7 +20,7 @@ use extremes::{Tally, examine, examine_invalid, extreme_cloth};
 use support::{Random, cloth};
 
 /// Cloths to look at.
-const CLOTHS: u64 = 120;
+const CLOTHS: u64 = 400;
 /// Functions called for each position and pair of directions.
 const CALLS: u64 = 8;
 

@@ -49,6 +49,9 @@ pub enum Command {
     /// Exit codes as for selvedge render.
     Swatch(SwatchOptions),
 
+    /// Lists the fabrics that are compiled in, which render and swatch draw as preset:NAME
+    Presets,
+
     /// Tells about, checks, draws and rewrites a draft
     #[command(subcommand)]
     Draft(DraftCommand),
@@ -57,7 +60,8 @@ pub enum Command {
 /// Arguments of `selvedge render`.
 #[derive(Clone, Debug, Args)]
 pub struct RenderOptions {
-    /// The cloth: a draft (WIF) or a fabric (JSON, which names a draft); - reads standard input
+    /// The cloth: a draft (WIF), a fabric (JSON, which names a draft) or preset:NAME; - reads standard
+    /// input
     #[arg(value_name = "CLOTH")]
     pub cloth: PathBuf,
 

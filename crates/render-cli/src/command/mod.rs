@@ -1,5 +1,6 @@
 //! One module for each subcommand.
 
 pub mod draft;
+pub mod presets;
 pub mod render;
 pub mod swatch;

@@ -1,6 +1,7 @@
 //! From the name of a draft or a fabric to a cloth.
 
 mod file;
+pub mod presets;
 
 use std::path::{Path, PathBuf};
 
@@ -8,8 +9,14 @@ use selvedge_wif::Drawdown;
 use selvedge_yarn_brdf::{Cloth, ClothError, Fabric, Shader, Thread, Weave};
 use thiserror::Error;
 
-use self::file::{DraftSource, FabricFile};
-use crate::draft::{self, DraftError, DraftFile};
+use self::{
+    file::{DraftSource, FabricFile},
+    presets::PRESETS,
+};
+use crate::{
+    draft::{self, DraftError, DraftFile},
+    json,
+};
 
 /// A draft, and in what yarn it is woven.
 #[derive(Clone, Debug)]
@@ -52,7 +59,11 @@ pub enum FabricError {
     },
 }
 
-/// Reads the draft or fabric at `path`, or from standard input for `-`.
+/// What the names of fabrics that are compiled in begin with.
+pub const PRESET: &str = "preset:";
+
+/// Reads the draft or fabric at `path`, or from standard input for `-`, or takes the fabric that is
+/// compiled in as `preset:NAME`.
 ///
 /// A fabric is an object in JSON, whatever its name, and any file called `.json`. The path of its
 /// draft starts where the fabric is.
@@ -61,6 +72,9 @@ pub enum FabricError {
 ///
 /// [`FabricError`] when there is no readable file, or no fabric in it, or it names no such file.
 pub fn read(path: &Path) -> Result<FabricSource, FabricError> {
+    if let Some(name) = path.to_str().and_then(|path| path.strip_prefix(PRESET)) {
+        return preset(name);
+    }
     let name = draft::name(path);
     let bytes = draft::read_bytes(path)?;
     let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
@@ -81,6 +95,23 @@ pub fn read(path: &Path) -> Result<FabricSource, FabricError> {
         }
     };
     Ok(FabricSource { name, draft, fabric })
+}
+
+/// The fabric that is compiled in as `name`.
+fn preset(name: &str) -> Result<FabricSource, FabricError> {
+    let full_name = format!("{PRESET}{name}");
+    let wrong = |what| FabricError::NotAFabric { name: full_name.clone(), what };
+    let preset = presets::find(name).ok_or_else(|| {
+        let known: Vec<_> = PRESETS.iter().map(|preset| preset.name).collect();
+        wrong(format!("found no such preset, expected {}", json::nearest(name, &known)))
+    })?;
+    let FabricFile { draft, fabric } = file::parse(preset.fabric.as_bytes()).map_err(wrong)?;
+    let wif = match &draft {
+        DraftSource::Inline(wif) => wif,
+        DraftSource::Path(_) => preset.draft.unwrap_or_default(),
+    };
+    let draft = DraftFile::new(format!("{full_name}: draft"), wif.as_bytes());
+    Ok(FabricSource { name: full_name, draft, fabric })
 }
 
 impl FabricSource {

@@ -1,5 +1,7 @@
 //! From a place on the film to a beam.
 
+use std::f32::consts::TAU;
+
 use glam::{Vec2, Vec3};
 
 use super::{
@@ -9,7 +11,7 @@ use super::{
 };
 use crate::scene::drape::CameraPlacement;
 
-/// A pinhole camera with a film of a given size.
+/// A perspective camera with a film of a given size.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
     origin: Vec3,
@@ -18,10 +20,20 @@ pub struct Camera {
     /// From one pixel to the next, to the right and down.
     step_x: Vec3,
     step_y: Vec3,
+    lens: Option<Lens>,
+}
+
+/// A thin lens in place of a pinhole.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lens {
+    /// m.
+    pub radius: f32,
+    /// Distance along the axis at which it is in focus, m.
+    pub focus: f32,
 }
 
 /// Width to height of the pictures that placements are composed for.
-const COMPOSED_ASPECT: f32 = 1.5;
+pub const COMPOSED_ASPECT: f32 = 1.5;
 
 impl Camera {
     /// The camera at `placement`. A picture of other proportions than 3 to 2 shows more of the
@@ -40,16 +52,31 @@ impl Camera {
             corner: forward - (right * width + down * height) * (pixel / 2.0),
             step_x: right * pixel,
             step_y: down * pixel,
+            lens: None,
         }
     }
 
-    /// The beam through `place` on the film: in pixels, (0, 0) the top left corner of the picture, x
-    /// to the right and y down. It is [`BEAM_SIGMA`] pixels wide.
-    pub fn beam(&self, place: Vec2) -> Beam {
+    /// The camera with `lens`, or with a pinhole.
+    pub fn with_lens(self, lens: Option<Lens>) -> Self {
+        Self { lens, ..self }
+    }
+
+    /// The beam through `place` on the film, in pixels: (0, 0) is the top left corner of the picture, x
+    /// runs to the right and y down; and through the point of the lens that `square` in [0, 1)² names,
+    /// all alike. It is [`BEAM_SIGMA`] pixels wide.
+    pub fn beam(&self, place: Vec2, square: Vec2) -> Beam {
         let direction = self.corner + self.step_x * place.x + self.step_y * place.y;
-        let (direction, length) = direction.normalize_and_length();
+        let (unit, length) = direction.normalize_and_length();
         let spread = BEAM_SIGMA * self.step_x.length() / length;
-        Beam { ray: Ray { origin: self.origin, direction }, spread }
+        let Some(Lens { radius, focus }) = self.lens else {
+            return Beam { ray: Ray { origin: self.origin, direction: unit }, spread };
+        };
+        let point = Vec2::from_angle(TAU * square.y) * (radius * square.x.sqrt());
+        let (right, down) = (self.step_x.normalize(), self.step_y.normalize());
+        let offset = right * point.x + down * point.y;
+        // Where all rays through the place meet: the direction is 1 along the axis.
+        let direction = (direction * focus - offset).normalize_or(unit);
+        Beam { ray: Ray { origin: self.origin + offset, direction }, spread }
     }
 }
 
@@ -66,7 +93,7 @@ mod tests {
 
     fn slopes(size: [u32; 2], place: Vec2) -> Vec2 {
         let size = Size::new(size[0], size[1]).unwrap();
-        let d = Camera::new(&PLACEMENT, size).beam(place).ray.direction;
+        let d = Camera::new(&PLACEMENT, size).beam(place, Vec2::ZERO).ray.direction;
         Vec2::new(d.x, d.z) / d.y
     }
 
@@ -89,5 +116,22 @@ mod tests {
         assert!(tall.abs_diff_eq(Vec2::new(-1.0, 1.0), 1e-6), "{tall}");
         let wide = slopes([120, 40], Vec2::ZERO);
         assert!(wide.abs_diff_eq(Vec2::new(-2.0, 2.0 / 3.0), 1e-6), "{wide}");
+    }
+
+    #[test]
+    fn rays_through_a_lens_meet_where_it_is_in_focus() {
+        let size = Size::new(60, 40).unwrap();
+        let lens = Lens { radius: 0.1, focus: 1.5 };
+        let pinhole = Camera::new(&PLACEMENT, size);
+        let place = Vec2::new(50.0, 10.0);
+        let expected = pinhole.beam(place, Vec2::ZERO).ray;
+        // The plane in focus lies across the axis.
+        let expected = expected.at(1.5 / expected.direction.y);
+        for square in [Vec2::ZERO, Vec2::new(0.3, 0.1), Vec2::new(0.9, 0.7)] {
+            let ray = pinhole.with_lens(Some(lens)).beam(place, square).ray;
+            assert!(ray.origin.distance(PLACEMENT.position) <= 0.1, "{square}");
+            let found = ray.at(1.5 / ray.direction.y);
+            assert!(found.abs_diff_eq(expected, 1e-5), "{square}: {found}, expected {expected}");
+        }
     }
 }

@@ -4,6 +4,7 @@ use std::{f32::consts::TAU, str::FromStr};
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
+use serde::Deserialize;
 use thiserror::Error;
 
 /// Width and height of a picture: at least 1 each, and at most [`MAX_PIXELS`] in all.
@@ -112,15 +113,31 @@ const PLACE_SIGMA: f32 = 0.3;
 /// of one pixel, whose deviation is 0.29.
 pub const BEAM_SIGMA: f32 = 0.4;
 
-/// Where a sample of a pixel lies, in pixels from the pixel's top left corner, for `square` in
-/// [0, 1)².
-///
-/// Places have the density of a Gaussian around the pixel's middle, so the plain mean of their
-/// radiance is the filtered pixel (Ernst, Stamminger & Greiner 2006). They follow from the square
-/// by the map of Box & Muller 1958.
-pub fn filter_offset(square: Vec2) -> Vec2 {
-    let radius = PLACE_SIGMA * (-2.0 * (1.0 - square.x).ln()).sqrt();
-    Vec2::splat(0.5) + radius * Vec2::from_angle(TAU * square.y)
+/// Where the samples of a pixel lie.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Filter {
+    /// Around the pixel's middle with the density of a Gaussian, so that the plain mean of their
+    /// radiance is the filtered pixel (Ernst, Stamminger & Greiner 2006).
+    #[default]
+    Gaussian,
+    /// Evenly over the pixel.
+    Box,
+}
+
+impl Filter {
+    /// Where a sample lies, in pixels from the pixel's top left corner, for `square` in [0, 1)².
+    ///
+    /// The Gaussian's places follow from the square by the map of Box & Muller 1958.
+    pub fn offset(self, square: Vec2) -> Vec2 {
+        match self {
+            Self::Gaussian => {
+                let radius = PLACE_SIGMA * (-2.0 * (1.0 - square.x).ln()).sqrt();
+                Vec2::splat(0.5) + radius * Vec2::from_angle(TAU * square.y)
+            }
+            Self::Box => square,
+        }
+    }
 }
 
 #[cfg(test)]
@@ -146,7 +163,7 @@ mod tests {
         let n = 256;
         let places = (0..n * n).map(|k| {
             let cell = Vec2::new((k % n) as f32, (k / n) as f32);
-            filter_offset((cell + 0.5) / n as f32) - 0.5
+            Filter::Gaussian.offset((cell + 0.5) / n as f32) - 0.5
         });
         let (mut mean, mut variance) = (Vec2::ZERO, Vec2::ZERO);
         for place in places {
@@ -162,7 +179,7 @@ mod tests {
     #[test]
     fn filter_is_finite_at_the_ends_of_the_square() {
         for square in [Vec2::ZERO, Vec2::splat(1.0 - f32::EPSILON / 2.0)] {
-            let offset = filter_offset(square);
+            let offset = Filter::Gaussian.offset(square);
             assert!(offset.is_finite() && offset.length() < 4.0, "{square}: {offset}");
         }
     }

@@ -1,18 +1,19 @@
 //! Light that arrives along a ray: unidirectional path tracing.
 //!
-//! At each surface the key light is sampled and the path goes on in a direction drawn by the
-//! cosine or, at cloth, nearly in proportion to what it reflects. The key light is found both ways,
-//! and each counts as much as it is likely to find it (Veach 1997, section 9.2.2), so that neither a
-//! narrow highlight nor a near light is noisy. A path that leaves the scene finds the sky. Paths end
-//! by chance (Russian roulette), which biases nothing.
+//! At each surface one light is sampled and the path goes on in a direction drawn by the cosine or,
+//! at cloth, nearly in proportion to what it reflects. Lights are found both ways, and each counts
+//! as much as it is likely to find them (Veach 1997, section 9.2.2), so that neither a narrow
+//! highlight nor a near light is noisy. Paths end by chance (Russian roulette), which biases
+//! nothing, or at the scene's depth.
 
 use std::f32::consts::FRAC_1_PI;
 
-use glam::{Mat3, Vec3};
+use glam::{DVec2, Mat3, Vec3};
 use selvedge_normalize::warp::square_to_cosine_hemisphere;
 use selvedge_yarn_brdf::Shader;
 
 use super::{
+    exposure::{Exposure, FirstHit, YarnSeen},
     footprint::{self, Beam, Footprint},
     intersect::{Hit, Ray},
     sampler::Sample,
@@ -26,9 +27,6 @@ use crate::scene::{
 /// twice the noise on the floor and saves a tenth of the time.
 const SURE_VERTICES: u32 = 4;
 
-/// Surfaces after which a path ends for good: among white surfaces only does one come that far.
-const MAX_VERTICES: u32 = 256;
-
 /// Points at which cloth is shaded for each ray, where the camera sees it and where light bounces.
 const CAMERA_POINTS: usize = 4;
 const BOUNCE_POINTS: usize = 4;
@@ -37,31 +35,52 @@ const BOUNCE_POINTS: usize = 4;
 /// threads; this blurs what it sees by a fifth of the distance.
 const BOUNCE_SPREAD: f32 = 0.2;
 
-/// An estimate of the radiance that arrives at the beam's origin along it, linear RGB.
+/// An estimate of the light that arrives at the beam's origin along it, and with `has_layers` of
+/// what is seen there.
 ///
 /// Cloth is shaded as the mean over the [`Footprint`] of the beam.
 ///
 /// Unbiased but for what is scattered from one side of the shading normal to the other side of the
 /// triangle: that is absorbed, since it would shine through.
-pub fn radiance(scene: &Scene, mut beam: Beam, sample: &mut Sample) -> Vec3 {
-    let mut radiance = Vec3::ZERO;
+pub fn expose(scene: &Scene, mut beam: Beam, sample: &mut Sample, has_layers: bool) -> Exposure {
+    let mut exposure = Exposure::default();
     let mut throughput = Vec3::ONE;
-    // With which the last surface chose the direction; the camera does not see the key light.
+    // Of the light that the first surface scatters, by its diffuse lobe.
+    let mut diffuse_share = Vec3::ZERO;
+    // With which the last surface chose the direction.
     let mut density = None;
-    for vertices in 1..=MAX_VERTICES {
+    for vertices in 1.. {
         let hit = scene.intersect(&beam.ray);
-        if let Some(density) = density {
-            let reach = hit.map_or(f32::INFINITY, |hit| hit.t);
-            radiance += throughput * key_light_ahead(scene, &beam.ray, reach, density);
+        let reach = hit.map_or(f32::INFINITY, |hit| hit.t);
+        let mut arriving = throughput * lights_ahead(scene, &beam.ray, reach, density);
+        let mut arriving_diffuse = diffuse_share * arriving;
+        let vertex = hit.filter(|_| vertices <= scene.depth).map(|hit| {
+            let points = if vertices == 1 { CAMERA_POINTS } else { BOUNCE_POINTS };
+            let vertex = Vertex::new(scene.surface(&hit), &hit, &beam, points, sample);
+            let lobes = vertex.direct_light(scene, sample).map(|light| throughput * light);
+            arriving += lobes.diffuse + lobes.other;
+            let is_first = vertices == 1;
+            arriving_diffuse += if is_first {
+                lobes.diffuse
+            } else {
+                diffuse_share * (lobes.diffuse + lobes.other)
+            };
+            if is_first && has_layers {
+                exposure.first = Some(vertex.seen(&hit));
+            }
+            vertex
+        });
+        exposure.radiance += arriving;
+        exposure.diffuse += arriving_diffuse;
+        if exposure.first.is_some() {
+            exposure.specular = exposure.radiance - exposure.diffuse;
         }
-        let Some(hit) = hit else {
-            return radiance + throughput * scene.sky.radiance(beam.ray.direction);
-        };
-        let points = if vertices == 1 { CAMERA_POINTS } else { BOUNCE_POINTS };
-        let vertex = Vertex::new(scene.surface(&hit), &hit, &beam, points, sample);
-        radiance += throughput * vertex.direct_light(scene, sample);
 
-        let Some(bounce) = vertex.bounce(sample) else { break };
+        let Some(vertex) = vertex else { break };
+        let Some(bounce) = vertex.bounce(sample, vertices == 1 && has_layers) else { break };
+        if vertices == 1 {
+            diffuse_share = bounce.diffuse_share;
+        }
         throughput *= bounce.weight;
         density = Some(bounce.density);
         if vertices >= SURE_VERTICES {
@@ -75,18 +94,25 @@ pub fn radiance(scene: &Scene, mut beam: Beam, sample: &mut Sample) -> Vec3 {
         let origin = vertex.leave(scene, direction);
         beam = Beam { ray: Ray { origin, direction }, spread: BOUNCE_SPREAD };
     }
-    radiance
+    exposure
 }
 
-/// Radiance of the key light along a ray that was chosen with `density`, sr⁻¹, and meets nothing
-/// before `reach`: its share in what both ways to find the light find.
-fn key_light_ahead(scene: &Scene, ray: &Ray, reach: f32, density: f32) -> Vec3 {
-    match scene.key_light.ahead(ray.origin, ray.direction) {
-        Some(seen) if seen.distance < reach => {
-            scene.key_light.radiance * balance(density, seen.density)
-        }
-        _ => Vec3::ZERO,
-    }
+/// Radiance of the lights along a ray that meets nothing before `reach`, which was chosen with
+/// `density`, sr⁻¹: the share of this way to find them in what both find. A ray of the camera, without
+/// a density, sees all that is infinitely far, and no lamps.
+fn lights_ahead(scene: &Scene, ray: &Ray, reach: f32, density: Option<f32>) -> Vec3 {
+    let lights = scene.lights.as_slice().iter().enumerate();
+    let seen = lights.filter_map(|(index, light)| {
+        let ahead = light.ahead(ray.origin, ray.direction)?;
+        let Some(density) = density else {
+            return (ahead.distance == f32::INFINITY && reach == f32::INFINITY)
+                .then_some(ahead.radiance);
+        };
+        let found = ahead.density * scene.lights.probability(index);
+        let is_met = ahead.distance < reach || reach == f32::INFINITY;
+        is_met.then(|| ahead.radiance * balance(density, found))
+    });
+    seen.sum()
 }
 
 /// The share of a direction that was found with the density `own` and might have been found with
@@ -104,6 +130,31 @@ struct Bounce {
     weight: Vec3,
     /// With which the direction was chosen, sr⁻¹.
     density: f32,
+    /// Of the weight, by the diffuse lobe; 0 if nobody asked.
+    diffuse_share: Vec3,
+}
+
+/// Something of each lobe of a surface.
+#[derive(Clone, Copy, Debug, Default)]
+struct Lobes {
+    diffuse: Vec3,
+    other: Vec3,
+}
+
+impl Lobes {
+    fn map(self, of: impl Fn(Vec3) -> Vec3) -> Self {
+        Self { diffuse: of(self.diffuse), other: of(self.other) }
+    }
+
+    fn plus(self, other: Self) -> Self {
+        Self { diffuse: self.diffuse + other.diffuse, other: self.other + other.other }
+    }
+
+    /// The share of the diffuse lobe in each component.
+    fn diffuse_share(self) -> Vec3 {
+        let all = self.diffuse + self.other;
+        Vec3::select(all.cmpgt(Vec3::ZERO), self.diffuse / all, Vec3::ZERO)
+    }
 }
 
 /// A point where a path meets a surface.
@@ -147,15 +198,26 @@ impl<'a> Vertex<'a> {
 
     /// f without the cosine for light from `wi` in the shading frame, that was found with the density
     /// `found`: its share in what the light and [`Vertex::bounce`] find.
-    fn scattering(&self, wi: Vec3, found: f32) -> Vec3 {
+    fn scattering(&self, wi: Vec3, found: f32) -> Lobes {
         match &self.scatterer {
-            Scatterer::Matte(reflectance) => {
-                reflectance * FRAC_1_PI * balance(found, wi.z.abs() * FRAC_1_PI)
+            Scatterer::Matte(reflectance) => Lobes {
+                diffuse: reflectance * FRAC_1_PI * balance(found, wi.z.abs() * FRAC_1_PI),
+                other: Vec3::ZERO,
+            },
+            Scatterer::Cloth(shader, footprint) => {
+                let places = footprint.places();
+                let at = |place: &DVec2| {
+                    let f = shader.eval_lobes(*place, wi, self.wo);
+                    let lobes = Lobes { diffuse: f.diffuse, other: f.specular };
+                    if f.diffuse == Vec3::ZERO && f.specular == Vec3::ZERO {
+                        return lobes;
+                    }
+                    let weight = balance(found, shader.pdf(*place, wi, self.wo));
+                    lobes.map(|lobe| lobe * weight)
+                };
+                let sum = places.iter().map(at).fold(Lobes::default(), Lobes::plus);
+                sum.map(|lobe| lobe / places.len() as f32)
             }
-            Scatterer::Cloth(shader, footprint) => footprint.mean(|uv| {
-                let f = shader.eval(uv, wi, self.wo);
-                if f == Vec3::ZERO { f } else { f * balance(found, shader.pdf(uv, wi, self.wo)) }
-            }),
         }
     }
 
@@ -165,29 +227,40 @@ impl<'a> Vertex<'a> {
         side * wi.z > 0.0 && side * self.point.geometric_normal.dot(wi_world) > 0.0
     }
 
-    /// Radiance that the key light makes leave towards `wo`.
-    fn direct_light(&self, scene: &Scene, sample: &mut Sample) -> Vec3 {
+    /// Radiance that one light, drawn at random, makes leave towards `wo`.
+    fn direct_light(&self, scene: &Scene, sample: &mut Sample) -> Lobes {
+        let choice = sample.next_1d();
         let square = sample.next_2d();
-        let Some(light) = scene.key_light.sample(self.point.position, square) else {
-            return Vec3::ZERO;
+        let Some((index, probability)) = scene.lights.choose(choice) else {
+            return Lobes::default();
+        };
+        let light = &scene.lights.as_slice()[index];
+        let Some(light) = light.sample(self.point.position, square) else {
+            return Lobes::default();
         };
         let wi = self.frame.transpose() * light.direction;
         if !self.is_in_front(wi, light.direction) {
-            return Vec3::ZERO;
+            return Lobes::default();
+        }
+        let lobes = self.scattering(wi, light.density * probability);
+        // The shadow is dearer than the surface, and where that is dark there is none.
+        if lobes.diffuse == Vec3::ZERO && lobes.other == Vec3::ZERO {
+            return lobes;
         }
         let ray = Ray { origin: self.leave(scene, light.direction), direction: light.direction };
         if scene.occluded(&ray, light.distance) {
-            return Vec3::ZERO;
+            return Lobes::default();
         }
-        self.scattering(wi, light.density) * wi.z.abs() * light.irradiance
+        lobes.map(|lobe| lobe * wi.z.abs() * light.irradiance / probability)
     }
 
-    /// A way on.
-    fn bounce(&self, sample: &mut Sample) -> Option<Bounce> {
-        let (wi, weight, density) = match &self.scatterer {
+    /// A way on; with the share of the diffuse lobe in it if `has_share`.
+    fn bounce(&self, sample: &mut Sample, has_share: bool) -> Option<Bounce> {
+        let (wi, weight, density, diffuse_share) = match &self.scatterer {
             Scatterer::Matte(reflectance) => {
                 let wi = square_to_cosine_hemisphere(sample.next_2d().as_dvec2()).as_vec3();
-                (wi.with_z(wi.z * self.wo.z.signum()), *reflectance, wi.z * FRAC_1_PI)
+                let density = wi.z * FRAC_1_PI;
+                (wi.with_z(wi.z * self.wo.z.signum()), *reflectance, density, Vec3::ONE)
             }
             Scatterer::Cloth(shader, footprint) => {
                 // One point stands for all: its own density follows it more closely than theirs.
@@ -195,12 +268,45 @@ impl<'a> Vertex<'a> {
                 let choice = sample.next_1d();
                 let square = sample.next_2d();
                 let drawn = shader.sample(place, self.wo, [choice, square.x, square.y])?;
-                (drawn.wi, drawn.weight, drawn.pdf)
+                let share = if has_share {
+                    let f = shader.eval_lobes(place, drawn.wi, self.wo);
+                    Lobes { diffuse: f.diffuse, other: f.specular }.diffuse_share()
+                } else {
+                    Vec3::ZERO
+                };
+                (drawn.wi, drawn.weight, drawn.pdf, share)
             }
         };
         let direction = (self.frame * wi).normalize();
         let goes_on = weight != Vec3::ZERO && self.is_in_front(wi, direction);
-        goes_on.then_some(Bounce { direction, weight, density })
+        goes_on.then_some(Bounce { direction, weight, density, diffuse_share })
+    }
+
+    /// What shows here.
+    fn seen(&self, hit: &Hit) -> FirstHit {
+        let side = self.wo.z.signum();
+        let (albedo, tangent, yarn) = match &self.scatterer {
+            Scatterer::Matte(reflectance) => (*reflectance, self.frame.x_axis, None),
+            Scatterer::Cloth(shader, footprint) => {
+                let places = footprint.places();
+                let albedo: Vec3 = places.iter().map(|&place| shader.albedo(place, self.wo)).sum();
+                let yarn = shader.yarn_at(places[0]);
+                let tangent = yarn.map_or(Vec3::X, |yarn| yarn.tangent.as_vec3());
+                let yarn = yarn.map(|yarn| YarnSeen {
+                    id: (yarn.segment.line as u32) << 1 | u32::from(yarn.segment.is_warp),
+                    kind: yarn.yarn,
+                });
+                (albedo / places.len() as f32, (self.frame * tangent).normalize(), yarn)
+            }
+        };
+        FirstHit {
+            albedo,
+            normal: self.frame.z_axis * side,
+            tangent,
+            distance: hit.t,
+            uv: self.point.uv,
+            yarn,
+        }
     }
 
     /// Where a ray in `direction` starts.
@@ -230,12 +336,11 @@ mod tests {
     use crate::{
         render::{Settings, film::Size, render},
         scene::{
+            MAX_DEPTH,
             drape::{BuiltIn, CameraPlacement, DEFAULT_SIDE, RectangleLight},
-            light::{AreaLight, Sky},
+            light::{AreaLight, Light, Quad, Sky},
         },
     };
-
-    const DARK: Sky = Sky { zenith: Vec3::ZERO, horizon: Vec3::ZERO };
 
     /// From above, with the picture's middle at the origin.
     const CAMERA: CameraPlacement = CameraPlacement {
@@ -246,9 +351,13 @@ mod tests {
     };
 
     /// A square of side 2 m, 1 m above the origin, that shines downwards.
-    fn lamp(radiance: f32) -> AreaLight {
+    fn lamp(radiance: f32) -> Light {
         let shape = RectangleLight { centre: Vec3::Z, half_u: Vec3::Y, half_v: Vec3::X };
-        AreaLight { shape, radiance: Vec3::splat(radiance) }
+        Light::Quad(Quad::new(AreaLight { shape, radiance: Vec3::splat(radiance) }))
+    }
+
+    fn scene(surfaces: Vec<Surface>, camera: CameraPlacement, lights: Vec<Light>) -> Scene {
+        Scene::new(surfaces, camera, lights, MAX_DEPTH).unwrap()
     }
 
     fn square(centre: Vec3, half_side: f32, reflectance: f32) -> Surface {
@@ -272,7 +381,7 @@ mod tests {
         let white = |mesh| Surface { mesh, material: Material::Matte(Vec3::ONE) };
         let surfaces = [built_in.cloth, built_in.floor, built_in.form].map(white).into();
         let sky = Sky { zenith: Vec3::ONE, horizon: Vec3::ONE };
-        let scene = Scene::new(surfaces, built_in.camera, lamp(0.0), sky).unwrap();
+        let scene = scene(surfaces, built_in.camera, vec![Light::Sky(sky)]);
         let settings = Settings { size: Size::new(60, 40).unwrap(), spp: 16, seed: 0 };
         let film = render(&scene, &settings, || {});
         let mean = film.pixels().iter().sum::<Vec3>() / film.pixels().len() as f32;
@@ -286,8 +395,7 @@ mod tests {
 
     #[test]
     fn floor_reflects_the_form_factor_of_the_lamp() {
-        let scene =
-            Scene::new(vec![square(Vec3::ZERO, 5.0, 0.5)], CAMERA, lamp(2.0), DARK).unwrap();
+        let scene = scene(vec![square(Vec3::ZERO, 5.0, 0.5)], CAMERA, vec![lamp(2.0)]);
         // As in the test of the light itself: E/L = 4/√2 · atan(1/√2).
         let root = 2.0_f32.sqrt();
         let expected = 0.5 / PI * 2.0 * 4.0 / root * (1.0 / root).atan();
@@ -298,7 +406,7 @@ mod tests {
     #[test]
     fn floor_reflects_the_cosine_mean_of_the_sky() {
         let sky = Sky { zenith: Vec3::splat(1.0), horizon: Vec3::splat(0.25) };
-        let scene = Scene::new(vec![square(Vec3::ZERO, 5.0, 0.5)], CAMERA, lamp(0.0), sky).unwrap();
+        let scene = scene(vec![square(Vec3::ZERO, 5.0, 0.5)], CAMERA, vec![Light::Sky(sky)]);
         // 1/π ∫ (h + (z − h) cos θ) cos θ dω = h + 2/3 (z − h).
         let expected = 0.5 * (0.25 + 0.75 * 2.0 / 3.0);
         let found = mean(&scene, 256);
@@ -312,17 +420,17 @@ mod tests {
         camera.position = Vec3::new(0.0, -2.0, 0.2);
         let surfaces =
             vec![square(Vec3::ZERO, 5.0, 0.5), square(Vec3::new(0.0, 0.0, 0.5), 3.0, 0.0)];
-        let scene = Scene::new(surfaces, camera, lamp(2.0), DARK).unwrap();
+        let scene = scene(surfaces, camera, vec![lamp(2.0)]);
         assert_eq!(mean(&scene, 16), 0.0);
     }
 
     #[test]
     fn light_does_not_pass_through_a_surface() {
-        let scene =
-            Scene::new(vec![square(Vec3::Z * 0.5, 5.0, 1.0)], CAMERA, lamp(2.0), DARK).unwrap();
+        let scene = scene(vec![square(Vec3::Z * 0.5, 5.0, 1.0)], CAMERA, vec![lamp(2.0)]);
         let below = Ray { origin: Vec3::ZERO, direction: Vec3::Z };
         let sampler = crate::render::sampler::PixelSampler::new([0, 0], 0);
         let below = Beam { ray: below, spread: 0.0 };
-        assert_eq!(radiance(&scene, below, &mut sampler.sample(0)), Vec3::ZERO);
+        let exposure = expose(&scene, below, &mut sampler.sample(0), false);
+        assert_eq!(exposure.radiance, Vec3::ZERO);
     }
 }

@@ -223,6 +223,11 @@ impl Geometry {
         occluded
     }
 
+    /// The greatest coordinate of all triangles, in metres.
+    pub fn extent(&self) -> f32 {
+        self.extent
+    }
+
     /// The distance in metres below which positions in this scene are rounding: 2⁻¹⁹ of the
     /// greatest coordinate.
     pub fn resolution(&self) -> f32 {

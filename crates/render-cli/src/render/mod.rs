@@ -1,6 +1,7 @@
 //! From a scene to a picture.
 
 pub mod camera;
+pub mod exposure;
 pub mod film;
 pub mod footprint;
 pub mod integrator;
@@ -11,10 +12,12 @@ use glam::{DVec3, Vec2};
 use rayon::prelude::*;
 
 use self::{
+    camera::Camera,
+    exposure::{Expose, Exposure},
     film::{Film, Size},
     sampler::PixelSampler,
 };
-use crate::{render::camera::Camera, scene::Scene};
+use crate::scene::Scene;
 
 /// How to render.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,6 +30,36 @@ pub struct Settings {
     pub seed: u64,
 }
 
+/// A scene as its camera sees it.
+#[derive(Clone, Copy, Debug)]
+pub struct View<'a> {
+    scene: &'a Scene,
+    camera: Camera,
+    seed: u64,
+    has_layers: bool,
+}
+
+impl<'a> View<'a> {
+    /// The view of `scene` in a picture of `size`; `seed` chooses the noise. `has_layers` if more is
+    /// asked for than radiance.
+    pub fn new(scene: &'a Scene, size: Size, seed: u64, has_layers: bool) -> Self {
+        let camera = Camera::new(&scene.camera, size).with_lens(scene.lens);
+        Self { scene, camera, seed, has_layers }
+    }
+}
+
+impl Expose for View<'_> {
+    fn expose(&self, pixel: [u32; 2], index: u32) -> Exposure {
+        let mut sample = PixelSampler::new(pixel, self.seed).sample(index);
+        let corner = Vec2::new(pixel[0] as f32, pixel[1] as f32);
+        let place = corner + self.scene.filter.offset(sample.next_2d());
+        // Two numbers that a pinhole leaves for what comes next.
+        let lens = self.scene.lens.map_or(Vec2::ZERO, |_| sample.next_2d());
+        let beam = self.camera.beam(place, lens);
+        integrator::expose(self.scene, beam, &mut sample, self.has_layers)
+    }
+}
+
 /// The picture of `scene`, rendered on the threads of the current rayon pool.
 ///
 /// `row_done` is called after each row of pixels, from any thread. A pixel depends on the scene,
@@ -34,20 +67,13 @@ pub struct Settings {
 /// has the same bits for any number of threads.
 pub fn render(scene: &Scene, settings: &Settings, row_done: impl Fn() + Sync) -> Film {
     let Settings { size, spp, seed } = *settings;
-    let camera = Camera::new(&scene.camera, size);
+    let view = View::new(scene, size, seed, false);
     let spp = spp.clamp(1, sampler::MAX_SAMPLES);
     let mut film = Film::black(size);
     film.par_rows_mut().enumerate().for_each(|(y, row)| {
         for (x, pixel) in row.iter_mut().enumerate() {
-            let sampler = PixelSampler::new([x as u32, y as u32], seed);
-            let corner = Vec2::new(x as f32, y as f32);
-            let sum: DVec3 = (0..spp)
-                .map(|index| {
-                    let mut sample = sampler.sample(index);
-                    let beam = camera.beam(corner + film::filter_offset(sample.next_2d()));
-                    integrator::radiance(scene, beam, &mut sample).as_dvec3()
-                })
-                .sum();
+            let radiance = |index| view.expose([x as u32, y as u32], index).radiance.as_dvec3();
+            let sum: DVec3 = (0..spp).map(radiance).sum();
             *pixel = (sum / f64::from(spp)).as_vec3();
         }
         row_done();

@@ -3,9 +3,13 @@
 #[cfg(test)]
 mod chi_square;
 pub mod drape;
+pub mod file;
 pub mod light;
 pub mod mesh;
+pub mod source;
 pub mod swatch;
+
+use std::sync::Arc;
 
 use glam::Vec3;
 use selvedge_yarn_brdf::Shader;
@@ -13,20 +17,28 @@ use thiserror::Error;
 
 use self::{
     drape::{BuiltIn, CameraPlacement, SideError},
-    light::{AreaLight, Sky},
+    light::{AreaLight, Light, Lights, Quad, Sky},
     mesh::{Mesh, MeshError},
 };
-use crate::render::intersect::{Geometry, GeometryError, Hit, Ray};
+use crate::render::{
+    camera::Lens,
+    film::Filter,
+    intersect::{Geometry, GeometryError, Hit, Ray},
+};
 
 /// A scene ready for rays.
 #[derive(Debug)]
 pub struct Scene {
     /// Where the camera stands.
     pub camera: CameraPlacement,
-    /// The light that gives shape and shadows.
-    pub key_light: AreaLight,
-    /// The light from all around.
-    pub sky: Sky,
+    /// The lens of the camera; `None` for a pinhole.
+    pub lens: Option<Lens>,
+    /// How samples make a pixel.
+    pub filter: Filter,
+    /// What lights it.
+    pub lights: Lights,
+    /// Surfaces after which a path ends, at least 1.
+    pub depth: u32,
     surfaces: Vec<Surface>,
     geometry: Geometry,
 }
@@ -41,14 +53,14 @@ pub struct Surface {
 }
 
 /// What a surface does with light.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub enum Material {
     /// Scatters evenly: the reflectance, linear, each component in [0, 1].
     Matte(Vec3),
     /// Woven cloth.
     Cloth {
         /// How it scatters.
-        shader: Box<Shader>,
+        shader: Arc<Shader>,
         /// Whether it has gaps, through which rays pass; if not, nobody needs to look for them.
         is_open: bool,
     },
@@ -58,7 +70,7 @@ impl Material {
     /// Woven cloth that `shader` shades.
     pub fn cloth(shader: Shader) -> Self {
         let is_open = shader.has_gaps();
-        Self::Cloth { shader: Box::new(shader), is_open }
+        Self::Cloth { shader: Arc::new(shader), is_open }
     }
 }
 
@@ -77,6 +89,9 @@ pub enum SceneError {
     Mesh(#[from] MeshError),
 }
 
+/// Surfaces after which a path ends for good: among white surfaces only does one come that far.
+pub const MAX_DEPTH: u32 = 256;
+
 /// Neutral grey of the floor, as of backdrop paper.
 const FLOOR: Vec3 = Vec3::splat(0.5);
 
@@ -88,7 +103,7 @@ const SKY: Sky =
     Sky { zenith: Vec3::new(0.35, 0.38, 0.43), horizon: Vec3::new(0.15, 0.155, 0.165) };
 
 impl Scene {
-    /// The scene of `surfaces`.
+    /// The scene of `surfaces`, seen through a pinhole and a Gaussian filter.
     ///
     /// # Errors
     ///
@@ -96,12 +111,14 @@ impl Scene {
     pub fn new(
         surfaces: Vec<Surface>,
         camera: CameraPlacement,
-        key_light: AreaLight,
-        sky: Sky,
+        lights: Vec<Light>,
+        depth: u32,
     ) -> Result<Self, GeometryError> {
         let meshes: Vec<_> = surfaces.iter().map(|surface| &surface.mesh).collect();
         let geometry = Geometry::new(&meshes)?;
-        Ok(Self { camera, key_light, sky, surfaces, geometry })
+        let lights = Lights::new(lights, geometry.extent());
+        let (lens, filter) = (None, Filter::default());
+        Ok(Self { camera, lens, filter, lights, depth: depth.max(1), surfaces, geometry })
     }
 
     /// The built-in scene: a square of cloth of `side` metres over a rounded form, lit like a
@@ -118,8 +135,9 @@ impl Scene {
             Surface { mesh: built_in.floor, material: Material::Matte(FLOOR) },
             Surface { mesh: built_in.form, material: Material::Matte(FLOOR) },
         ];
-        let key_light = AreaLight { shape: built_in.key_light, radiance: KEY };
-        Ok(Self::new(surfaces, built_in.camera, key_light, SKY)?)
+        let key_light = Quad::new(AreaLight { shape: built_in.key_light, radiance: KEY });
+        let lights = vec![Light::Quad(key_light), Light::Sky(SKY)];
+        Ok(Self::new(surfaces, built_in.camera, lights, MAX_DEPTH)?)
     }
 
     /// The surface that a hit of this scene is on.
@@ -186,8 +204,10 @@ mod tests {
             up: Vec3::Y,
             horizontal_fov: 1.0,
         };
-        let light = AreaLight { shape, radiance: Vec3::ONE };
-        Scene::new(vec![Surface { mesh: mesh.unwrap(), material }], camera, light, SKY).unwrap()
+        let light = Light::Quad(Quad::new(AreaLight { shape, radiance: Vec3::ONE }));
+        let lights = vec![light, Light::Sky(SKY)];
+        Scene::new(vec![Surface { mesh: mesh.unwrap(), material }], camera, lights, MAX_DEPTH)
+            .unwrap()
     }
 
     /// The share of rays from above that pass through.

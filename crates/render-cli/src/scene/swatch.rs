@@ -6,9 +6,9 @@ use clap::ValueEnum;
 use glam::{Vec2, Vec3};
 
 use super::{
-    FLOOR, Material, SKY, Scene, SceneError, Surface,
+    FLOOR, MAX_DEPTH, Material, SKY, Scene, SceneError, Surface,
     drape::{CameraPlacement, RectangleLight},
-    light::AreaLight,
+    light::{AreaLight, Light as Lamp, Quad},
     mesh::{Mesh, MeshError},
 };
 
@@ -75,7 +75,8 @@ impl Scene {
         };
         // From E = L · A · sin(elevation) / d², where all of the light is about as far.
         let solid_angle = (2.0 * LIGHT_HALF_SIDE / LIGHT_DISTANCE).powi(2);
-        let key_light = AreaLight { shape, radiance: WHITE * (PI / (solid_angle * sin)) };
+        let radiance = WHITE * (PI / (solid_angle * sin));
+        let key_light = Lamp::Quad(Quad::new(AreaLight { shape, radiance }));
         let camera = CameraPlacement {
             position: Vec3::Z * (CAMERA_DISTANCE * width),
             target: Vec3::ZERO,
@@ -86,7 +87,7 @@ impl Scene {
             Surface { mesh: square(width, 0.0, swatch.is_back)?, material: cloth },
             Surface { mesh: square(width, -CARD_DEPTH, false)?, material: Material::Matte(FLOOR) },
         ];
-        Ok(Self::new(surfaces, camera, key_light, SKY)?)
+        Ok(Self::new(surfaces, camera, vec![key_light, Lamp::Sky(SKY)], MAX_DEPTH)?)
     }
 }
 

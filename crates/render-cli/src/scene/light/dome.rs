@@ -21,6 +21,12 @@ impl Sky {
     pub fn radiance(&self, direction: Vec3) -> Vec3 {
         self.horizon.lerp(self.zenith, direction.z.max(0.0))
     }
+
+    /// See [`Light::ahead`](super::Light::ahead): it is never sampled.
+    pub(super) fn ahead(&self, direction: Vec3) -> LightAhead {
+        let radiance = self.radiance(direction);
+        LightAhead { distance: f32::INFINITY, density: 0.0, radiance }
+    }
 }
 
 /// The same light from all directions.

@@ -40,6 +40,8 @@ pub enum Light {
     Constant(Constant),
     /// From all directions, as a picture tells.
     Environment(Environment),
+    /// A dome, brightest above: nearly even, so that it is found along rays alone and never sampled.
+    Sky(Sky),
 }
 
 /// The light that arrives from one direction.
@@ -82,6 +84,7 @@ impl Light {
             Self::Distant(distant) => distant.sample(square),
             Self::Constant(constant) => Some(constant.sample(square)),
             Self::Environment(environment) => environment.sample(square),
+            Self::Sky(_) => None,
         }?;
         let LightSample { direction, irradiance, density, .. } = sample;
         let is_sound = direction.is_finite() && irradiance.is_finite() && density > 0.0;
@@ -101,8 +104,9 @@ impl Light {
             Self::Distant(distant) => distant.ahead(direction),
             Self::Constant(constant) => Some(constant.ahead()),
             Self::Environment(environment) => environment.ahead(direction),
+            Self::Sky(sky) => Some(sky.ahead(direction)),
         }?;
-        let is_sound = ahead.distance > 0.0 && ahead.density > 0.0;
+        let is_sound = ahead.distance > 0.0 && ahead.density >= 0.0;
         is_sound.then_some(ahead)
     }
 
@@ -118,6 +122,7 @@ impl Light {
             Self::Distant(distant) => distant.power(scene_radius),
             Self::Constant(constant) => constant.power(scene_radius),
             Self::Environment(environment) => environment.power(scene_radius),
+            Self::Sky(_) => Vec3::ZERO,
         })
     }
 }
