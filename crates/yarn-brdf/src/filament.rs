@@ -80,7 +80,8 @@ pub(crate) fn highlight<R: Real>(
         * strength
         * optics.area(ratio, optics.bend(sin_u), cos_v)
         * optics.fade(sin_u)
-        * (p * (q / ((p + q) * m)));
+        // Not by one division: the product of both may be too small for a number.
+        * (p * (q / (p + q)) / m);
     let azimuth = Azimuth::in_plane([wi.x, rise_i], [wo.x, rise_o], wi.plus(wo));
     optics.phase.eval(&azimuth).scaled(scale, is_lit)
 }
