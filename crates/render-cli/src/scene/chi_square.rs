@@ -45,7 +45,7 @@ pub(super) struct Fit {
 /// Cells along each side of the square that the cap is mapped to, and points along each side of a
 /// cell at which the density is evaluated.
 const CELLS: usize = 16;
-const POINTS: usize = 40;
+const POINTS: usize = 32;
 
 /// Draws of each test.
 pub(super) const DRAWS: usize = 100_000;

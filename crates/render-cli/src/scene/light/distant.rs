@@ -25,8 +25,8 @@ impl Distant {
     /// to π; when 0 it comes from a single direction. `towards` is the unit vector to its middle,
     /// world space.
     ///
-    /// An even disc of radiance L and angular radius α has the irradiance π L sin²α (Pharr, Jakob &
-    /// Humphreys 2023, section 4.2.1), so a wider one is as bright on the scene.
+    /// An even disc of radiance L and angular radius α gives a surface that faces it π L sin²α, the
+    /// integral of L cos θ, so a wider one is no brighter on the scene.
     pub fn new(towards: Vec3, irradiance: Vec3, angular_diameter: f32) -> Self {
         let sine = (0.5 * f64::from(angular_diameter).clamp(0.0, PI.into())).sin();
         let cone = Cone::of_sine_squared(towards.as_dvec3().normalize_or_zero(), sine * sine);

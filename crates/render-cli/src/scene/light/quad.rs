@@ -29,6 +29,15 @@ struct View {
     height: f64,
 }
 
+/// The directions to a rectangle, in slices across x.
+#[derive(Clone, Copy)]
+struct Solid {
+    /// ψ at the first slice, rad.
+    start: f64,
+    /// Of all slices, sr.
+    angle: f64,
+}
+
 /// Ratio of the squares of the greatest and the least distance up to which a rectangle is drawn by
 /// area: the density, d³ over height and area, changes by no more than a factor of 2, and the
 /// weights of samples have a relative variance below 0.04. That is cheaper, and exact however small
@@ -51,15 +60,15 @@ impl Quad {
     /// See [`Light::sample`](super::Light::sample).
     pub(super) fn sample(&self, position: Vec3, square: Vec2) -> Option<LightSample> {
         let view = self.view(position)?;
-        let solid_angle = view.solid_angle();
-        let place = match solid_angle {
-            Some(solid_angle) => view.place(square.as_dvec2(), solid_angle),
+        let solid = view.solid();
+        let place = match solid {
+            Some(solid) => view.place(square.as_dvec2(), solid),
             None => view.low + square.as_dvec2() * (view.high - view.low),
         };
         let [x, y, z] = self.axes;
         let offset = x * place.x + y * place.y - z * view.height;
         let (direction, distance) = offset.normalize_and_length();
-        let density = self.density(&view, solid_angle, distance);
+        let density = self.density(&view, solid, distance);
         Some(LightSample {
             direction: direction.as_vec3(),
             distance: distance as f32,
@@ -77,7 +86,7 @@ impl Quad {
         let is_within = place.cmpge(view.low).all() && place.cmple(view.high).all();
         (z < 0.0 && is_within).then(|| LightAhead {
             distance: distance as f32,
-            density: self.density(&view, view.solid_angle(), distance) as f32,
+            density: self.density(&view, view.solid(), distance) as f32,
             radiance: self.radiance,
         })
     }
@@ -93,8 +102,11 @@ impl Quad {
 
     /// By solid angle 1/Ω, or by area d²/(A cos θ) with cos θ = height/d (Pharr, Jakob & Humphreys
     /// 2023, section 4.2.3).
-    fn density(&self, view: &View, solid_angle: Option<f64>, distance: f64) -> f64 {
-        solid_angle.map_or_else(|| distance.powi(3) / (self.area() * view.height), f64::recip)
+    fn density(&self, view: &View, solid: Option<Solid>, distance: f64) -> f64 {
+        match solid {
+            Some(solid) => solid.angle.recip(),
+            None => distance.powi(3) / (self.area() * view.height),
+        }
     }
 
     /// `None` from behind and for a rectangle without area.
@@ -108,37 +120,36 @@ impl Quad {
 }
 
 impl View {
-    /// In sr, where the rectangle is drawn by it.
+    /// How the rectangle divides the directions, where it is drawn by them.
     ///
     /// ```text
-    /// Ω = A(x₁, y₁) − A(x₀, y₁) − A(x₁, y₀) + A(x₀, y₀),  A(x, y) = atan(x y / (h √(x² + y² + h²)))
+    /// Ω = ψ(x₁) − ψ(x₀),  ψ(x) = A(x, y₁) − A(x, y₀),  A(x, y) = atan(x y / (h √(x² + y² + h²)))
     /// ```
     ///
     /// The mixed derivative of A is h/(x² + y² + h²)^(3/2), the solid angle of a unit of area.
-    fn solid_angle(&self) -> Option<f64> {
+    fn solid(&self) -> Option<Solid> {
         let Self { low, high, height } = *self;
         let nearest = DVec2::ZERO.clamp(low, high).length_squared() + height * height;
         let furthest = low.abs().max(high.abs()).length_squared() + height * height;
         if furthest <= FAR_RATIO * nearest {
             return None;
         }
-        let corner =
-            |x: f64, y: f64| (x * y).atan2(height * (x * x + y * y + height * height).sqrt());
-        let upper = corner(high.x, high.y) - corner(low.x, high.y);
-        let lower = corner(high.x, low.y) - corner(low.x, low.y);
-        Some(upper - lower).filter(|&solid_angle| solid_angle > SLIVER)
+        // atan(a/b) − atan(c/d) = atan2(ad − bc, bd + ac) for positive b and d.
+        let strip = |x: f64| {
+            let [b, d] = [high.y, low.y].map(|y| height * (x * x + y * y + height * height).sqrt());
+            let [a, c] = [x * high.y, x * low.y];
+            (a * d - b * c).atan2(b * d + a * c)
+        };
+        let start = strip(low.x);
+        let angle = strip(high.x) - start;
+        (angle > SLIVER).then_some(Solid { start, angle })
     }
 
-    /// The place in the plane for `square` in [0, 1]²: all parts of the `solid_angle` are equally
+    /// The place in the plane for `square` in [0, 1]²: all parts of the solid angle are equally
     /// likely (Ureña, Fajardo & King 2013).
     ///
-    /// With the sines σ = x/√(x² + h²) and e = y/√(y² + h²), A is asin(σ e). So the part below x is
-    ///
-    /// ```text
-    /// Ω(x) = ψ(σ) − ψ(σ₀),  ψ(σ) = asin(σ e₁) − asin(σ e₀)
-    /// ```
-    ///
-    /// and ψ is inverted by the addition theorem, sin(asin(σ e₀) + ψ) = σ e₁:
+    /// With the sines σ = x/√(x² + h²) and e = y/√(y² + h²), A is asin(σ e). So ψ is inverted by the
+    /// addition theorem, sin(asin(σ e₀) + ψ) = σ e₁:
     ///
     /// ```text
     /// σ = sin ψ / √(e₀² + e₁² − 2 e₀ e₁ cos ψ)
@@ -146,20 +157,20 @@ impl View {
     ///
     /// Across, in a strip at distance d = √(x² + h²) from the point, the solid angle is even in
     /// y/√(y² + d²).
-    fn place(&self, square: DVec2, solid_angle: f64) -> DVec2 {
+    fn place(&self, square: DVec2, solid: Solid) -> DVec2 {
         let Self { low, high, height } = *self;
-        let sine = |length: f64, distance: f64| length / length.hypot(distance);
+        let sine =
+            |length: f64, distance: f64| length / (length * length + distance * distance).sqrt();
         let tangent = |sine: f64| sine / ((1.0 - sine) * (1.0 + sine)).max(0.0).sqrt();
 
         let (e_low, e_high) = (sine(low.y, height), sine(high.y, height));
-        let sigma_low = sine(low.x, height);
-        let psi_low = (sigma_low * e_high).asin() - (sigma_low * e_low).asin();
-        let psi = psi_low + square.x * solid_angle;
-        let chord_sq = (e_high - e_low).powi(2) + 4.0 * e_low * e_high * (0.5 * psi).sin().powi(2);
+        let (sin, cos) = (0.5 * (solid.start + square.x * solid.angle)).sin_cos();
+        let chord_squared = (e_high - e_low).powi(2) + 4.0 * e_low * e_high * sin * sin;
+        let sigma = 2.0 * sin * cos / chord_squared.sqrt();
         // What rounds to beyond a border, even to infinity, belongs on it.
-        let x = (height * tangent(psi.sin() / chord_sq.sqrt())).max(low.x).min(high.x);
+        let x = (height * tangent(sigma)).max(low.x).min(high.x);
 
-        let distance = x.hypot(height);
+        let distance = (x * x + height * height).sqrt();
         let (tau_low, tau_high) = (sine(low.y, distance), sine(high.y, distance));
         let tau = tau_low + square.y * (tau_high - tau_low);
         let y = (distance * tangent(tau)).max(low.y).min(high.y);

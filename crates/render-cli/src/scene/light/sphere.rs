@@ -27,7 +27,7 @@ struct View {
 
 impl Sphere {
     /// See [`Light::sample`](super::Light::sample): all directions to the ball are equally likely
-    /// (Shirley, Wang & Zimmerman 1996, section 3.2.1).
+    /// (Shirley, Wang & Zimmerman 1996).
     pub(super) fn sample(&self, position: Vec3, square: Vec2) -> Option<LightSample> {
         let view = self.view(position)?;
         let direction = view.cone.direction(square);

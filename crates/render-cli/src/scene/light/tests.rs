@@ -71,7 +71,7 @@ fn directions_follow_their_density() {
         let fit = cap.fit(&mut random, |random| direction(light, random), density);
         assert!(fit.p_value > level, "{light:?}: {fit:?}, expected p above {level:.1e}");
         let tolerance = 1e-5 + 4.0 * fit.error;
-        assert!(fit.error < 1e-3 && fit.share == 1.0, "{light:?}: {fit:?}");
+        assert!(fit.error < 2e-3 && fit.share == 1.0, "{light:?}: {fit:?}");
         assert!((fit.integral - 1.0).abs() < tolerance, "{light:?}: {fit:?}, expected 1");
     }
 }
@@ -110,7 +110,7 @@ fn irradiance(light: &Light, normal: Vec3) -> Vec3 {
 #[test]
 fn irradiance_has_its_closed_form() {
     // A rectangle x by y at height h over its corner: E/L = ½ (x/√(x² + h²) atan(y/√(x² + h²)) and
-    // the same with x and y changed) (Howell, configuration factors, C-11, times π).
+    // the same with x and y changed) (the configuration factor times π).
     let corner = |x: f32, y: f32, h: f32| {
         let term = |x: f32, y: f32| x / x.hypot(h) * (y / x.hypot(h)).atan();
         0.5 * (term(x, y) + term(y, x))
