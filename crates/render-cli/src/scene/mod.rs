@@ -8,6 +8,7 @@ pub mod light;
 pub mod mesh;
 pub mod source;
 pub mod swatch;
+pub mod texture;
 
 use std::sync::Arc;
 
