@@ -7,6 +7,7 @@ pub mod file;
 pub mod light;
 pub mod mesh;
 pub mod source;
+pub mod standard;
 pub mod swatch;
 pub mod texture;
 
