@@ -80,8 +80,8 @@ pub fn offsets(
     gaussian_points(count, square).map(move |place| a * place.x + b * place.y)
 }
 
-/// The uv of two perpendicular standard deviations of the beam, cast onto the surface.
-fn axes(point: &SurfacePoint, beam: &Beam, distance: f32) -> [Vec2; 2] {
+/// The uv, metres, of two perpendicular standard deviations of the beam, cast onto the surface.
+pub fn axes(point: &SurfacePoint, beam: &Beam, distance: f32) -> [Vec2; 2] {
     let SurfacePoint { geometric_normal: normal, dp_du, dp_dv, .. } = *point;
     let direction = beam.ray.direction;
     let cos = normal.dot(direction);

@@ -21,6 +21,7 @@ use super::{
 use crate::scene::{
     Material, Scene, Surface,
     mesh::{Mesh, SurfacePoint},
+    standard::StandardPoint,
 };
 
 /// Surfaces that a path meets before it may end by chance. Ending after two instead of four gives
@@ -171,6 +172,7 @@ struct Vertex<'a> {
 enum Scatterer<'a> {
     Matte(Vec3),
     Cloth(&'a Shader, Footprint),
+    Standard(StandardPoint),
 }
 
 impl<'a> Vertex<'a> {
@@ -191,6 +193,10 @@ impl<'a> Vertex<'a> {
                 let exists = |uv| !is_open || shader.opacity(uv) > 0.0;
                 let footprint = Footprint::new(point.uv, offsets, exists);
                 Scatterer::Cloth(shader, footprint)
+            }
+            Material::Standard { standard, size } => {
+                let footprint = footprint::axes(&point, beam, hit.t).map(|axis| axis / *size);
+                Scatterer::Standard(standard.at(point.uv / *size, footprint))
             }
         };
         Self { scatterer, point, frame, wo: frame.transpose() * wo_world }
@@ -217,6 +223,11 @@ impl<'a> Vertex<'a> {
                 };
                 let sum = places.iter().map(at).fold(Lobes::default(), Lobes::plus);
                 sum.map(|lobe| lobe / places.len() as f32)
+            }
+            Scatterer::Standard(point) => {
+                let [diffuse, other] = point.eval_lobes(wi, self.wo);
+                let weight = balance(found, point.pdf(wi, self.wo));
+                Lobes { diffuse, other }.map(|lobe| lobe * weight)
             }
         }
     }
@@ -276,6 +287,14 @@ impl<'a> Vertex<'a> {
                 };
                 (drawn.wi, drawn.weight, drawn.pdf, share)
             }
+            Scatterer::Standard(point) => {
+                let choice = sample.next_1d();
+                let square = sample.next_2d();
+                let drawn = point.sample(self.wo, [choice, square.x, square.y])?;
+                let [diffuse, other] = point.eval_lobes(drawn.wi, self.wo);
+                let share = Lobes { diffuse, other }.diffuse_share();
+                (drawn.wi, drawn.weight, drawn.pdf, share)
+            }
         };
         let direction = (self.frame * wi).normalize();
         let goes_on = weight != Vec3::ZERO && self.is_in_front(wi, direction);
@@ -298,6 +317,7 @@ impl<'a> Vertex<'a> {
                 });
                 (albedo / places.len() as f32, (self.frame * tangent).normalize(), yarn)
             }
+            Scatterer::Standard(point) => (point.albedo(self.wo), self.frame.x_axis, None),
         };
         FirstHit {
             albedo,

@@ -13,7 +13,7 @@ pub mod texture;
 
 use std::sync::Arc;
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use selvedge_yarn_brdf::Shader;
 use thiserror::Error;
 
@@ -21,6 +21,7 @@ use self::{
     drape::{BuiltIn, CameraPlacement, SideError},
     light::{AreaLight, Light, Lights, Quad, Sky},
     mesh::{Mesh, MeshError},
+    standard::Standard,
 };
 use crate::render::{
     camera::Lens,
@@ -65,6 +66,13 @@ pub enum Material {
         shader: Arc<Shader>,
         /// Whether it has gaps, through which rays pass; if not, nobody needs to look for them.
         is_open: bool,
+    },
+    /// Pictures on a glossy surface.
+    Standard {
+        /// What the pictures mean.
+        standard: Arc<Standard>,
+        /// Width and height on the surface of one repeat of the pictures, m.
+        size: Vec2,
     },
 }
 
@@ -165,7 +173,9 @@ impl Scene {
     fn is_solid(&self, hit: &Hit) -> bool {
         let Surface { mesh, material } = self.surface(hit);
         match material {
-            Material::Matte(_) | Material::Cloth { is_open: false, .. } => true,
+            Material::Matte(_)
+            | Material::Standard { .. }
+            | Material::Cloth { is_open: false, .. } => true,
             Material::Cloth { shader, is_open: true } => {
                 let uv = mesh.uv(hit.triangle, hit.barycentrics);
                 shader.opacity(uv.as_dvec2()) > 0.0

@@ -139,10 +139,23 @@ impl StandardPoint {
     /// cosine of the shading frame gives what such a surface reflects. That is not reciprocal, like
     /// all that bends normals (Veach 1997, section 5.3); where n is the shading normal it is.
     pub fn eval(&self, wi: Vec3, wo: Vec3) -> Vec3 {
+        let [ground, facets] = self.eval_lobes(wi, wo);
+        ground + facets
+    }
+
+    /// What the ground and the facets have in [`StandardPoint::eval`].
+    pub fn eval_lobes(&self, wi: Vec3, wo: Vec3) -> [Vec3; 2] {
         let both = Frame::new(self.normal, wo).and_then(|frame| Some((frame.lit(wi)?, frame)));
-        both.map_or(Vec3::ZERO, |(wi_facets, frame)| {
-            self.reflectance(wi_facets, frame.wo) * (wi_facets.z / wi.z.abs())
+        both.map_or([Vec3::ZERO; 2], |(lit, frame)| {
+            let lobes = [self.scattered(lit.z, frame.wo.z), self.mirrored(lit, frame.wo)];
+            lobes.map(|lobe| lobe * (lit.z / wi.z.abs()))
         })
+    }
+
+    /// About the share of white light from all around that is reflected to `wo`.
+    pub fn albedo(&self, wo: Vec3) -> Vec3 {
+        let left = self.left(self.bound(wo.z.abs()));
+        self.ground * left + (Vec3::ONE - left)
     }
 
     /// The density with which [`StandardPoint::sample`] draws `wi`, sr⁻¹.
