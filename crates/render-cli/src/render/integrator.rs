@@ -110,10 +110,27 @@ fn lights_ahead(scene: &Scene, ray: &Ray, reach: f32, density: Option<f32>) -> V
                 .then_some(ahead.radiance);
         };
         let found = ahead.density * scene.lights.probability(index);
+        let weight = match scene.estimator {
+            Estimator::Both => balance(density, found),
+            Estimator::Directions => 1.0,
+            Estimator::Lights => f32::from(u8::from(found == 0.0)),
+        };
         let is_met = ahead.distance < reach || reach == f32::INFINITY;
-        is_met.then(|| ahead.radiance * balance(density, found))
+        is_met.then(|| ahead.radiance * weight)
     });
     seen.sum()
+}
+
+/// How the lights are found that light surfaces.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Estimator {
+    /// By drawing one of them and by following bounces, each as much as it is likely to find them.
+    #[default]
+    Both,
+    /// By drawing one of them; those that cannot be drawn by following bounces.
+    Lights,
+    /// By following bounces, which never find a light that comes from a single direction.
+    Directions,
 }
 
 /// The share of a direction that was found with the density `own` and might have been found with
@@ -203,8 +220,12 @@ impl<'a> Vertex<'a> {
     }
 
     /// f without the cosine for light from `wi` in the shading frame, that was found with the density
-    /// `found`: its share in what the light and [`Vertex::bounce`] find.
-    fn scattering(&self, wi: Vec3, found: f32) -> Lobes {
+    /// `found`: its share in what the light and [`Vertex::bounce`] find, as `estimator` has it.
+    fn scattering(&self, wi: Vec3, found: f32, estimator: Estimator) -> Lobes {
+        let balance = |found, pdf| match estimator {
+            Estimator::Both => balance(found, pdf),
+            Estimator::Lights | Estimator::Directions => 1.0,
+        };
         match &self.scatterer {
             Scatterer::Matte(reflectance) => Lobes {
                 diffuse: reflectance * FRAC_1_PI * balance(found, wi.z.abs() * FRAC_1_PI),
@@ -242,9 +263,9 @@ impl<'a> Vertex<'a> {
     fn direct_light(&self, scene: &Scene, sample: &mut Sample) -> Lobes {
         let choice = sample.next_1d();
         let square = sample.next_2d();
-        let Some((index, probability)) = scene.lights.choose(choice) else {
-            return Lobes::default();
-        };
+        let chosen = scene.lights.choose(choice);
+        let chosen = chosen.filter(|_| scene.estimator != Estimator::Directions);
+        let Some((index, probability)) = chosen else { return Lobes::default() };
         let light = &scene.lights.as_slice()[index];
         let Some(light) = light.sample(self.point.position, square) else {
             return Lobes::default();
@@ -253,7 +274,7 @@ impl<'a> Vertex<'a> {
         if !self.is_in_front(wi, light.direction) {
             return Lobes::default();
         }
-        let lobes = self.scattering(wi, light.density * probability);
+        let lobes = self.scattering(wi, light.density * probability, scene.estimator);
         // The shadow is dearer than the surface, and where that is dark there is none.
         if lobes.diffuse == Vec3::ZERO && lobes.other == Vec3::ZERO {
             return lobes;

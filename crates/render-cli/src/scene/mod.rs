@@ -26,6 +26,7 @@ use self::{
 use crate::render::{
     camera::Lens,
     film::Filter,
+    integrator::Estimator,
     intersect::{Geometry, GeometryError, Hit, Ray},
 };
 
@@ -42,6 +43,8 @@ pub struct Scene {
     pub lights: Lights,
     /// Surfaces after which a path ends, at least 1.
     pub depth: u32,
+    /// How its lights are found.
+    pub estimator: Estimator,
     surfaces: Vec<Surface>,
     geometry: Geometry,
 }
@@ -113,7 +116,8 @@ const SKY: Sky =
     Sky { zenith: Vec3::new(0.35, 0.38, 0.43), horizon: Vec3::new(0.15, 0.155, 0.165) };
 
 impl Scene {
-    /// The scene of `surfaces`, seen through a pinhole and a Gaussian filter.
+    /// The scene of `surfaces`, seen through a pinhole and a Gaussian filter, its lights
+    /// found both ways.
     ///
     /// # Errors
     ///
@@ -127,8 +131,16 @@ impl Scene {
         let meshes: Vec<_> = surfaces.iter().map(|surface| &surface.mesh).collect();
         let geometry = Geometry::new(&meshes)?;
         let lights = Lights::new(lights, geometry.extent());
-        let (lens, filter) = (None, Filter::default());
-        Ok(Self { camera, lens, filter, lights, depth: depth.max(1), surfaces, geometry })
+        Ok(Self {
+            camera,
+            lens: None,
+            filter: Filter::default(),
+            lights,
+            depth: depth.max(1),
+            estimator: Estimator::default(),
+            surfaces,
+            geometry,
+        })
     }
 
     /// The built-in scene: a square of cloth of `side` metres over a rounded form, lit like a

@@ -1,0 +1,98 @@
+//! Light is found by drawing lamps, by following bounces, and by both: all find the same.
+
+#![allow(clippy::unwrap_used, reason = "a test stops at what it does not expect")]
+
+use glam::{DVec3, Vec2, Vec3};
+use selvedge_cli::{
+    fabric,
+    render::{View, exposure::Expose, film::Size, integrator::Estimator},
+    scene::{
+        Material, Scene, Surface,
+        drape::{CameraPlacement, RectangleLight},
+        light::{AreaLight, Constant, Light, Quad, Sphere},
+        mesh::Mesh,
+    },
+};
+
+/// A cloth of 4 cm at z = 0 under a lamp, a small ball and an even sky.
+fn scene(material: Material) -> Scene {
+    let corners = [Vec2::NEG_ONE, Vec2::new(1.0, -1.0), Vec2::ONE, Vec2::new(-1.0, 1.0)];
+    let corners = corners.map(|corner| corner * 0.02);
+    let mesh = Mesh::new(
+        corners.map(|corner| corner.extend(0.0)).into(),
+        vec![Vec3::Z; 4],
+        corners.map(|corner| corner + 0.02).into(),
+        vec![[0, 1, 2], [0, 2, 3]],
+    );
+    let camera = CameraPlacement {
+        position: Vec3::new(0.0, -0.1, 0.1),
+        target: Vec3::ZERO,
+        up: Vec3::Z,
+        horizontal_fov: 0.1,
+    };
+    let shape = RectangleLight {
+        centre: Vec3::new(0.05, 0.02, 0.08),
+        half_u: 0.02 * Vec3::Y,
+        half_v: 0.02 * Vec3::X,
+    };
+    let lights = vec![
+        Light::Quad(Quad::new(AreaLight { shape, radiance: Vec3::splat(4.0) })),
+        Light::Sphere(Sphere {
+            centre: Vec3::new(-0.05, 0.05, 0.05),
+            radius: 0.01,
+            radiance: Vec3::new(9.0, 6.0, 3.0),
+        }),
+        Light::Constant(Constant { radiance: Vec3::splat(0.2) }),
+    ];
+    let surfaces = vec![Surface { mesh: mesh.unwrap(), material }];
+    Scene::new(surfaces, camera, lights, 4).unwrap()
+}
+
+/// Mean of a picture, and the deviation of that.
+fn mean(scene: &Scene) -> (DVec3, DVec3) {
+    const SIDE: u32 = 8;
+    const SPP: u32 = 256;
+    let view = View::new(scene, Size::new(SIDE, SIDE).unwrap(), 5, false);
+    let (mut mean, mut variance) = (DVec3::ZERO, DVec3::ZERO);
+    let pixels = f64::from(SIDE * SIDE);
+    for pixel in 0..SIDE * SIDE {
+        let at = |index| view.expose([pixel % SIDE, pixel / SIDE], index).radiance.as_dvec3();
+        let samples: Vec<DVec3> = (0..SPP).map(at).collect();
+        let of_pixel = samples.iter().sum::<DVec3>() / f64::from(SPP);
+        let squares: DVec3 = samples.iter().map(|sample| (sample - of_pixel).powf(2.0)).sum();
+        mean += of_pixel / pixels;
+        // As of independent samples, of which these are evener.
+        variance += squares / f64::from(SPP * (SPP - 1)) / (pixels * pixels);
+    }
+    (mean, variance.map(f64::sqrt))
+}
+
+#[test]
+fn estimators_agree_on_every_kind_of_cloth() {
+    let fabrics = [
+        "cotton-gauze",
+        "denim",
+        "duchesse-satin",
+        "jacquard-damask",
+        "polyester-lining",
+        "silk-charmeuse",
+        "tartan-wool",
+        "wool-gabardine",
+    ];
+    for name in fabrics {
+        let source = fabric::read(format!("preset:{name}").as_ref()).unwrap();
+        let cloth = source.cloth(&source.draft().drawdown().unwrap()).unwrap();
+        let mut scene = scene(Material::cloth(source.shader(&cloth).unwrap()));
+        let (expected, deviation) = mean(&scene);
+        for estimator in [Estimator::Lights, Estimator::Directions] {
+            scene.estimator = estimator;
+            let (found, other) = mean(&scene);
+            let difference = (found - expected).abs();
+            let bound = 4.0 * (deviation.powf(2.0) + other.powf(2.0)).map(f64::sqrt);
+            assert!(
+                difference.cmple(bound).all(),
+                "{name}, {estimator:?}: {found}, expected {expected} within {bound}"
+            );
+        }
+    }
+}
