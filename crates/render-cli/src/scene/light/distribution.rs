@@ -34,10 +34,29 @@ pub(super) fn choose(sums: &[u32], xi: f32) -> Option<Choice> {
     let total = *sums.last().filter(|&&total| total > 0)?;
     let place = f64::from(xi) * f64::from(total);
     let unit = (place as u32).min(total - 1);
-    let index = sums.partition_point(|&sum| sum <= unit);
+    let index = find(sums, unit);
     let [before, share] = share(sums, index).map(f64::from);
     let rest = ((place - before) / share).clamp(0.0, 1.0);
     Some(Choice { index, probability: share / f64::from(total), rest })
+}
+
+/// The first sum above `unit`, which is below the last. Searched for from where it is when all weigh
+/// the same, in growing steps: mostly in the memory that is near by.
+fn find(sums: &[u32], unit: u32) -> usize {
+    let count = sums.len() as u64;
+    let guess = (u64::from(unit) * count / u64::from(sums[sums.len() - 1])) as usize;
+    let (mut low, mut high, mut step) = (guess, guess, 1);
+    while low > 0 && sums[low - 1] > unit {
+        high = low - 1;
+        low = low.saturating_sub(step);
+        step *= 2;
+    }
+    while sums[high] <= unit {
+        low = high + 1;
+        high = (high + step).min(sums.len() - 1);
+        step *= 2;
+    }
+    low + sums[low..high].partition_point(|&sum| sum <= unit)
 }
 
 /// With which [`choose`] names the choice `index`.
@@ -83,6 +102,23 @@ mod tests {
             let choice = choose(&sums, xi).unwrap();
             let is_there = choice.index == index && (choice.rest - rest).abs() < 1e-8;
             assert!(is_there, "{xi}: {choice:?}, expected {index} and {rest}");
+        }
+    }
+
+    #[test]
+    fn border_of_every_share_is_found() {
+        let even = [1.0; 100].to_vec();
+        let steep: Vec<f64> = (0..100).map(|k| 1.2_f64.powi(k)).collect();
+        let falling: Vec<f64> = steep.iter().rev().copied().collect();
+        let rare: Vec<f64> = (0..100).map(|k| f64::from(u8::from(k % 37 == 5))).collect();
+        for weights in [even, steep, falling, rare, vec![3.0], vec![0.0, 2.0]] {
+            let sums: Vec<u32> = running_sums(weights.iter().copied()).collect();
+            let last = sums[sums.len() - 1];
+            for unit in sums.iter().flat_map(|sum| [sum.saturating_sub(1), *sum, sum / 2]) {
+                let unit = unit.min(last - 1);
+                let expected = sums.iter().position(|&sum| sum > unit).unwrap();
+                assert_eq!(find(&sums, unit), expected, "{unit} of {weights:?}");
+            }
         }
     }
 
