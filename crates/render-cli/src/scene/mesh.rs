@@ -1,7 +1,9 @@
 //! Triangle meshes: positions, shading normals and cloth coordinates.
 
-use glam::{Mat3, Vec2, Vec3};
+use glam::{Affine3A, DAffine3, Mat3, Vec2, Vec3};
 use thiserror::Error;
+
+use super::placement::Placement;
 
 /// An indexed triangle mesh in world space: metres, right-handed, z up.
 ///
@@ -71,6 +73,12 @@ pub enum MeshError {
         /// What would be accepted.
         expected: &'static str,
     },
+    /// A transform that flattens the mesh, or has entries that are not finite.
+    #[error("mesh transform: found columns {columns}, expected an invertible matrix")]
+    Singular {
+        /// The images of the unit vectors along x, y and z.
+        columns: String,
+    },
 }
 
 impl Mesh {
@@ -118,6 +126,37 @@ impl Mesh {
         check_topology(&positions, &uvs, &triangles)?;
         let normals = smooth_normals(&positions, &triangles);
         Ok(Self { positions, normals, uvs, triangles })
+    }
+
+    /// The mesh with all its points taken where `transform` takes them. Normals stay perpendicular
+    /// to the surface, and both they and the order of corners on its same side, even under a
+    /// reflection. The uv stay as they are: where the transform stretches, so does the cloth, and a
+    /// reflection shows its weave mirrored.
+    ///
+    /// # Errors
+    ///
+    /// [`MeshError::Singular`] when the transform is not invertible, and
+    /// [`MeshError::BadAttribute`] when a position comes to lie out of the range of numbers.
+    pub fn transformed(&self, transform: Affine3A) -> Result<Self, MeshError> {
+        let map = DAffine3::from_mat3_translation(
+            transform.matrix3.as_dmat3(),
+            transform.translation.as_dvec3(),
+        );
+        let placement = Placement::new(map).ok_or_else(|| {
+            let columns = transform.matrix3.to_cols_array_2d().map(|column| format!("{column:?}"));
+            MeshError::Singular { columns: columns.join(", ") }
+        })?;
+        Self::new(
+            self.positions.iter().map(|&position| placement.position(position)).collect(),
+            self.normals.iter().map(|&normal| placement.normal(normal)).collect(),
+            self.uvs.clone(),
+            self.triangles.iter().map(|&triangle| placement.triangle(triangle)).collect(),
+        )
+    }
+
+    /// Area of all triangles in square metres.
+    pub fn area(&self) -> f64 {
+        (0..self.triangles.len() as u32).map(|triangle| area(self.corners(triangle))).sum()
     }
 
     /// Vertex positions in metres.
@@ -199,6 +238,12 @@ impl SurfacePoint {
     }
 }
 
+/// Area of a triangle in square metres, in double precision.
+pub fn area(corners: [Vec3; 3]) -> f64 {
+    let [a, b, c] = corners.map(Vec3::as_dvec3);
+    (b - a).cross(c - a).length() / 2.0
+}
+
 /// (∂P/∂u, ∂P/∂v) of the linear map that takes three uv points to three positions, both lists in
 /// the same order; `None` when the uv points lie on a line.
 ///
@@ -271,6 +316,8 @@ fn check_topology(
 
 #[cfg(test)]
 mod tests {
+    use glam::Quat;
+
     use super::*;
 
     /// Two triangles that lie on a plane through `origin` spanned by `du` and `dv`, uv in [0, 1]².
@@ -323,6 +370,73 @@ mod tests {
         let normal = smooth_normals(&positions, &triangles)[0];
         let expected = Vec3::ONE.normalize();
         assert!(normal.abs_diff_eq(expected, 1e-6), "{normal:?} {expected:?}");
+    }
+
+    #[test]
+    fn transforms_keep_normals_upright_and_faces_consistent() {
+        let mesh = patch(Vec3::ONE, Vec3::new(1.0, 0.2, 0.1), Vec3::new(0.3, 0.9, -0.2));
+        let rotation = Quat::from_axis_angle(Vec3::new(0.6, 0.0, 0.8), 1.1);
+        let moved = Vec3::new(5.0, -3.0, 2.0);
+        // Plain, skewing and mirroring, all away from uniform scales, and a thousandth in size.
+        for scale in [Vec3::new(1.0, 2.0, 0.5), Vec3::new(-1.0, 2.0, 0.5), Vec3::splat(-1e-3)] {
+            let transform = Affine3A::from_scale_rotation_translation(scale, rotation, moved);
+            let image = mesh.transformed(transform).unwrap();
+            for triangle in 0..2 {
+                let (before, after) =
+                    (mesh.surface(triangle, Vec3::X), image.surface(triangle, Vec3::X));
+                let expected = transform.transform_point3(before.position);
+                assert!(after.position.abs_diff_eq(expected, 1e-5), "{after:?} {expected:?}");
+                // Perpendicular to the image of the surface, and on the side of what lay above.
+                for tangent in [before.dp_du, before.dp_dv] {
+                    let tangent = transform.transform_vector3(tangent).normalize();
+                    assert!(after.normal.dot(tangent).abs() < 1e-5, "{scale} {after:?}");
+                }
+                let above = transform.transform_vector3(before.normal);
+                assert!(after.normal.dot(above) > 0.0, "{scale} {after:?}");
+                assert!(after.geometric_normal.dot(after.normal) > 0.999, "{scale} {after:?}");
+            }
+            // A plane's area grows by the length of the image of its normal's cofactor.
+            let cofactor = transform.matrix3.determinant()
+                * transform.matrix3.inverse().transpose().mul_vec3(mesh.normals()[0]).length();
+            let expected = mesh.area() * f64::from(cofactor.abs());
+            // Some metres away, positions round to a few 10⁻⁷ m, of sides of a millimetre.
+            assert!((image.area() / expected - 1.0).abs() < 1e-3, "{} {expected}", image.area());
+        }
+        let same = mesh.transformed(Affine3A::IDENTITY).unwrap();
+        assert_eq!((same.positions(), same.triangles()), (mesh.positions(), mesh.triangles()));
+    }
+
+    #[test]
+    fn transforms_that_flatten_are_refused() {
+        let mesh = patch(Vec3::ZERO, Vec3::X, Vec3::Y);
+        let flat = Affine3A::from_scale(Vec3::new(2.0, 3.0, 0.0));
+        assert_eq!(
+            mesh.transformed(flat).unwrap_err().to_string(),
+            "mesh transform: found columns [2.0, 0.0, 0.0], [0.0, 3.0, 0.0], [0.0, 0.0, 0.0], \
+             expected an invertible matrix"
+        );
+        let onto_a_plane = Affine3A::from_mat3(Mat3::from_cols(
+            Vec3::new(0.1, 0.2, 0.3),
+            Vec3::new(0.3, 0.3, 0.1),
+            Vec3::new(0.4, 0.5, 0.4),
+        ));
+        let broken = [
+            onto_a_plane,
+            Affine3A::from_scale(Vec3::new(1.0, f32::NAN, 1.0)),
+            Affine3A::from_translation(Vec3::new(f32::INFINITY, 0.0, 0.0)),
+        ];
+        for transform in broken {
+            let error = mesh.transformed(transform).unwrap_err();
+            assert!(matches!(error, MeshError::Singular { .. }), "{transform:?} {error}");
+        }
+        let tiny = mesh.transformed(Affine3A::from_scale(Vec3::splat(1e-30))).unwrap();
+        assert_eq!(tiny.normals(), mesh.normals());
+        let mut far = Affine3A::from_scale(Vec3::splat(f32::MAX));
+        far.translation.x = f32::MAX;
+        assert_eq!(
+            mesh.transformed(far).unwrap_err().to_string(),
+            "mesh vertex 1: found position [inf, 0, 0], expected finite numbers"
+        );
     }
 
     #[test]

@@ -6,6 +6,7 @@ pub mod drape;
 pub mod file;
 pub mod light;
 pub mod mesh;
+mod placement;
 pub mod source;
 pub mod standard;
 pub mod swatch;
