@@ -7,10 +7,12 @@ pub mod file;
 pub mod light;
 pub mod mesh;
 mod placement;
+pub mod shape;
 pub mod source;
 pub mod standard;
 pub mod swatch;
 pub mod texture;
+pub mod uv;
 
 use std::sync::Arc;
 

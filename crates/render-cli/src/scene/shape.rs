@@ -1,0 +1,313 @@
+//! Shapes without a file.
+
+use std::f64::consts::{PI, TAU};
+
+use glam::{DVec2, DVec3};
+use serde::Deserialize;
+use thiserror::Error;
+
+use super::mesh::{self, Mesh, MeshError};
+
+/// A shape in metres around the origin, to be placed by [`Mesh::transformed`].
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Shape {
+    /// A rectangle at z = 0 that faces +z. u runs along x and v along y, both from 0 at the lower
+    /// left corner: isometric.
+    Plane {
+        /// Length along x in metres, within [`SIZES`].
+        width: f32,
+        /// Length along y in metres, within [`SIZES`].
+        height: f32,
+    },
+    /// A sphere that faces outwards. u runs along the equator from +x over +y, v along the
+    /// meridians from the south pole (0) to the north pole. No uv of a sphere is isometric: here
+    /// v is, and so is u at the equator, but at latitude λ the threads along v lie cos λ as far
+    /// apart as they should, and meet at the poles.
+    Sphere {
+        /// In metres, within [`SIZES`].
+        radius: f32,
+    },
+    /// The mantle of a cylinder around z, without its ends, that faces outwards. u runs around it
+    /// from +x over +y and v along z from the lower end, both from 0: isometric, but for u along
+    /// the chords that stand for arcs, which are 2.6 × 10⁻⁵ shorter.
+    Cylinder {
+        /// In metres, within [`SIZES`].
+        radius: f32,
+        /// Length along z in metres, within [`SIZES`].
+        height: f32,
+    },
+    /// A wavy sheet over x, y ∈ [−1, 1], of 512 × 512 vertices, that faces up: a fixed shape to
+    /// compare renderers on. With r and φ the polar coordinates of (x, y):
+    ///
+    /// ```text
+    /// z = 0.45 exp(−1.2 (r/0.55)²) + 0.05 sin(9 φ) max(r − 0.3, 0) + 0.02 sin(14 x + 3 y)
+    /// ```
+    ///
+    /// uv = ((x + 1)/2, (y + 1)/2): unlike that of the other shapes it is not in metres, but 1 unit
+    /// spans 2 m where the sheet is level, and more on its slopes.
+    Sheet,
+}
+
+/// Least and greatest length of a shape, in metres.
+pub const SIZES: [f32; 2] = [1e-6, 1e6];
+
+/// Why there is no such shape.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
+pub enum ShapeError {
+    /// A length is out of range.
+    #[error("{shape}: found a {name} of {found} m, expected {} to {}", SIZES[0], SIZES[1])]
+    Size {
+        /// `plane`, `sphere` or `cylinder`.
+        shape: &'static str,
+        /// `width`, `height` or `radius`.
+        name: &'static str,
+        /// The length found.
+        found: f32,
+    },
+    /// The vertices make no mesh.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
+}
+
+/// Pieces of a full turn.
+const PIECES: u32 = 256;
+
+impl Shape {
+    /// The shape as triangles.
+    ///
+    /// # Errors
+    ///
+    /// [`ShapeError::Size`] when a length is not within [`SIZES`].
+    pub fn mesh(&self) -> Result<Mesh, ShapeError> {
+        match *self {
+            Self::Plane { width, height } => {
+                check("plane", &[("width", width), ("height", height)])?;
+                let size = DVec2::new(width.into(), height.into());
+                grid([1, 1], |at| Vertex {
+                    position: ((at - 0.5) * size).extend(0.0),
+                    normal: DVec3::Z,
+                    uv: at * size,
+                })
+            }
+            Self::Sphere { radius } => {
+                check("sphere", &[("radius", radius)])?;
+                let radius = f64::from(radius);
+                grid([PIECES, PIECES / 2], |at| {
+                    // From the nearer pole, so that both are one point.
+                    let ring = (at.y.min(1.0 - at.y) * PI).sin();
+                    let normal = (around(at.x) * ring).extend(-(at.y * PI).cos());
+                    let uv = at * DVec2::new(TAU, PI) * radius;
+                    Vertex { position: normal * radius, normal, uv }
+                })
+            }
+            Self::Cylinder { radius, height } => {
+                check("cylinder", &[("radius", radius), ("height", height)])?;
+                let (radius, height) = (f64::from(radius), f64::from(height));
+                grid([PIECES, 1], |at| {
+                    let normal = around(at.x).extend(0.0);
+                    Vertex {
+                        position: normal * radius + DVec3::Z * (at.y - 0.5) * height,
+                        normal,
+                        uv: at * DVec2::new(TAU * radius, height),
+                    }
+                })
+            }
+            Self::Sheet => {
+                let sheet = grid([511, 511], |at| {
+                    let place = at * 2.0 - 1.0;
+                    Vertex { position: place.extend(sheet(place)), normal: DVec3::Z, uv: at }
+                })?;
+                let (positions, uvs) = (sheet.positions().to_vec(), sheet.uvs().to_vec());
+                Ok(Mesh::with_smooth_normals(positions, uvs, sheet.triangles().to_vec())?)
+            }
+        }
+    }
+}
+
+fn check(shape: &'static str, sizes: &[(&'static str, f32)]) -> Result<(), ShapeError> {
+    match sizes.iter().find(|(_, size)| !(SIZES[0]..=SIZES[1]).contains(size)) {
+        Some(&(name, found)) => Err(ShapeError::Size { shape, name, found }),
+        None => Ok(()),
+    }
+}
+
+/// The direction after a part of a full turn from x over y; after all of it, the same as at first.
+fn around(part: f64) -> DVec2 {
+    DVec2::from_angle(part.fract() * TAU)
+}
+
+/// Height of the sheet.
+fn sheet(place: DVec2) -> f64 {
+    let (r, phi) = (place.length(), place.to_angle());
+    0.45 * (-1.2 * (r / 0.55).powi(2)).exp()
+        + 0.05 * (9.0 * phi).sin() * (r - 0.3).max(0.0)
+        + 0.02 * (14.0 * place.x + 3.0 * place.y).sin()
+}
+
+struct Vertex {
+    position: DVec3,
+    normal: DVec3,
+    uv: DVec2,
+}
+
+/// The mesh of a grid of so many rectangles over [0, 1]², each cut along its diagonal from the lower
+/// left, without the triangles that vertices at one place leave without area.
+fn grid(pieces: [u32; 2], vertex: impl Fn(DVec2) -> Vertex) -> Result<Mesh, ShapeError> {
+    let [columns, rows] = pieces;
+    let (mut positions, mut normals, mut uvs) = (Vec::new(), Vec::new(), Vec::new());
+    for row in 0..=rows {
+        for column in 0..=columns {
+            let at = DVec2::new(
+                f64::from(column) / f64::from(columns),
+                f64::from(row) / f64::from(rows),
+            );
+            let vertex = vertex(at);
+            positions.push(vertex.position.as_vec3());
+            normals.push(vertex.normal.as_vec3());
+            uvs.push(vertex.uv.as_vec2());
+        }
+    }
+    let mut triangles = Vec::new();
+    for (row, column) in (0..rows).flat_map(|row| (0..columns).map(move |column| (row, column))) {
+        let a = row * (columns + 1) + column;
+        let (b, c, d) = (a + 1, a + columns + 2, a + columns + 1);
+        let area = |corners: &[u32; 3]| mesh::area(corners.map(|index| positions[index as usize]));
+        triangles.extend([[a, b, c], [a, c, d]].into_iter().filter(|corners| area(corners) > 0.0));
+    }
+    Ok(Mesh::new(positions, normals, uvs, triangles)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{Vec2, Vec3};
+
+    use super::*;
+    use crate::scene::uv::UvReport;
+
+    /// That triangles and normals face `outwards` of their middle.
+    fn check_faces(mesh: &Mesh, outwards: impl Fn(Vec3) -> Vec3) {
+        for triangle in 0..mesh.triangles().len() as u32 {
+            let point = mesh.surface(triangle, Vec3::splat(1.0 / 3.0));
+            let expected = outwards(point.position);
+            assert!(point.geometric_normal.dot(expected) > 0.999, "{point:?} {expected:?}");
+            assert!(point.normal.dot(expected) > 0.999, "{point:?} {expected:?}");
+        }
+    }
+
+    #[test]
+    fn plane_is_isometric() {
+        let mesh = Shape::Plane { width: 3.0, height: 0.5 }.mesh().unwrap();
+        check_faces(&mesh, |_| Vec3::Z);
+        assert_eq!(mesh.area(), 1.5);
+        assert_eq!(mesh.positions()[0], Vec3::new(-1.5, -0.25, 0.0));
+        assert_eq!((mesh.uvs()[0], mesh.uvs()[3]), (Vec2::ZERO, Vec2::new(3.0, 0.5)));
+        let report = UvReport::new(&mesh);
+        assert!(report.stretch.iter().all(|s| (s - 1.0).abs() < 1e-6), "{report:?}");
+        assert!(report.shear_deg < 1e-4, "{report:?}");
+        assert_eq!(report.warnings(), [""; 0]);
+    }
+
+    #[test]
+    fn cylinder_is_isometric_but_for_its_chords() {
+        let mesh = Shape::Cylinder { radius: 0.2, height: 3.0 }.mesh().unwrap();
+        check_faces(&mesh, |point| point.with_z(0.0).normalize());
+        let area = TAU * 0.2 * 3.0;
+        assert!((mesh.area() / area - 1.0).abs() < 3e-5, "{} {area}", mesh.area());
+        let report = UvReport::new(&mesh);
+        let [least, _, most] = report.stretch;
+        // The chords, and the rounding of u by 10⁻⁷ m in pieces of 5 mm.
+        assert!(least > 1.0 - 6e-5 && most < 1.0 + 3e-5, "{report:?}");
+        assert!(report.shear_deg < 1e-3, "{report:?}");
+        assert_eq!(report.warnings(), [""; 0]);
+    }
+
+    #[test]
+    fn sphere_is_round_closed_and_isometric_along_meridians() {
+        let mesh = Shape::Sphere { radius: 2.0 }.mesh().unwrap();
+        check_faces(&mesh, Vec3::normalize);
+        for (position, normal) in mesh.positions().iter().zip(mesh.normals()) {
+            assert!((position.length() - 2.0).abs() < 1e-6, "{position}");
+            assert!(position.normalize().abs_diff_eq(*normal, 1e-6), "{position} {normal}");
+        }
+        let area = 4.0 * PI * 4.0;
+        assert!((mesh.area() / area - 1.0).abs() < 3e-4, "{} {area}", mesh.area());
+        // Each edge is that of two triangles, of opposite sense.
+        let mut edges = std::collections::HashMap::new();
+        for triangle in mesh.triangles() {
+            let place = triangle
+                .map(|i| (mesh.positions()[i as usize] + Vec3::ZERO).to_array().map(f32::to_bits));
+            for (a, b) in [(0, 1), (1, 2), (2, 0)].map(|(a, b)| (place[a], place[b])) {
+                *edges.entry((a.min(b), a.max(b))).or_insert(0) += if a < b { 1 } else { -1 };
+            }
+        }
+        assert!(edges.values().all(|&sum| sum == 0), "an edge is open");
+        for triangle in 0..mesh.triangles().len() as u32 {
+            let point = mesh.surface(triangle, Vec3::splat(1.0 / 3.0));
+            let cos_latitude = point.position.normalize().truncate().length();
+            let (u, v) = (point.dp_du.length(), point.dp_dv.length());
+            assert!((u - cos_latitude).abs() < 0.02, "{point:?}: {u}, expected {cos_latitude}");
+            // Not at the poles, where triangles lean.
+            assert!(cos_latitude < 0.05 || (v - 1.0).abs() < 1e-3, "{point:?}: {v}, expected 1");
+        }
+    }
+
+    #[test]
+    fn sheet_is_that_of_its_formula() {
+        let mesh = Shape::Sheet.mesh().unwrap();
+        assert_eq!(mesh.positions().len(), 512 * 512);
+        assert_eq!(mesh.triangles().len(), 522_242);
+        assert_eq!(mesh.positions()[0].truncate(), Vec2::NEG_ONE);
+        assert_eq!(mesh.positions()[512 * 512 - 1].truncate(), Vec2::ONE);
+        for index in [0, 511, 130_901, 131_000, 200_000, 262_143] {
+            let (p, uv) = (mesh.positions()[index].as_dvec3(), mesh.uvs()[index].as_dvec2());
+            assert!(uv.abs_diff_eq((p.truncate() + 1.0) / 2.0, 1e-7), "{p} {uv}");
+            let (r, phi) = ((p.x * p.x + p.y * p.y).sqrt(), p.y.atan2(p.x));
+            let z = 0.45 * (-1.2 * (r / 0.55) * (r / 0.55)).exp()
+                + 0.05 * (9.0 * phi).sin() * f64::max(r - 0.3, 0.0)
+                + 0.02 * (14.0 * p.x + 3.0 * p.y).sin();
+            assert!((p.z - z).abs() < 1e-6, "{p}, expected {z}");
+        }
+        assert!(mesh.normals().iter().all(|normal| normal.z > 0.2));
+        let triangles = 0..mesh.triangles().len() as u32;
+        assert!(triangles.into_iter().all(|k| {
+            let point = mesh.surface(k, Vec3::splat(1.0 / 3.0));
+            point.geometric_normal.dot(point.normal) > 0.999
+        }));
+    }
+
+    #[test]
+    fn sizes_have_a_range() {
+        for (shape, message) in [
+            (
+                Shape::Plane { width: 1.0, height: 0.0 },
+                "plane: found a height of 0 m, expected 0.000001 to 1000000",
+            ),
+            (
+                Shape::Sphere { radius: -1.0 },
+                "sphere: found a radius of -1 m, expected 0.000001 to 1000000",
+            ),
+            (
+                Shape::Cylinder { radius: f32::NAN, height: 1.0 },
+                "cylinder: found a radius of NaN m, expected 0.000001 to 1000000",
+            ),
+        ] {
+            assert_eq!(shape.mesh().unwrap_err().to_string(), message);
+        }
+        for size in SIZES {
+            let shape = Shape::Cylinder { radius: size, height: size };
+            assert!(shape.mesh().unwrap().area() > 0.0, "{shape:?}");
+            assert!(Shape::Sphere { radius: size }.mesh().unwrap().area() > 0.0, "{size}");
+        }
+    }
+
+    #[test]
+    fn shapes_read_as_json() {
+        let read = serde_json::from_str::<Shape>;
+        let sphere = read(r#"{"sphere": {"radius": 2}}"#).unwrap();
+        assert_eq!(sphere, Shape::Sphere { radius: 2.0 });
+        assert_eq!(read("\"sheet\"").unwrap(), Shape::Sheet);
+        assert!(read(r#"{"sphere": {"radius": 2, "radios": 2}}"#).is_err());
+    }
+}
