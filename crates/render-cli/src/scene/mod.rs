@@ -5,6 +5,7 @@ mod chi_square;
 pub mod drape;
 pub mod file;
 pub mod light;
+pub mod load;
 pub mod mesh;
 mod placement;
 pub mod shape;
