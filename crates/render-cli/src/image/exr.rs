@@ -1,0 +1,656 @@
+//! OpenEXR: linear values, any number of layers, and what is said about the picture.
+//!
+//! Written is one part of scan lines with ZIP compression, which loses nothing. Channels are called
+//! `LAYER.CHANNEL`, those of the beauty layer `R`, `G`, `B`. Equal pictures give equal bytes.
+//!
+//! Read is any file of scan lines or tiles, of one part or several, with or without smaller levels
+//! (which are left out), except deep data and channels of a lower resolution.
+
+use std::{collections::HashMap, io::Cursor};
+
+use exr::{
+    block::{
+        UncompressedBlock,
+        chunk::{Chunk, CompressedBlock},
+        reader::ChunksReader,
+    },
+    error::Error as DecoderError,
+    image::{
+        AnyChannel, AnyChannels, Blocks, Encoding, FlatSamples, Image, Layer as Part,
+        write::WritableImage,
+    },
+    math::Vec2,
+    meta::{
+        BlockDescription, MetaData,
+        attribute::{AttributeValue, Compression, LineOrder, SampleType, Text},
+        header::{Header, LayerAttributes},
+    },
+    prelude::f16,
+};
+use thiserror::Error;
+
+use super::{
+    Channel, EncodeError, Layer, Picture, Samples, Value,
+    limit::{MAX_CHANNELS, MAX_SAMPLES, TooShort},
+};
+use crate::render::film::{MAX_PIXELS, Size, SizeError};
+
+/// Why bytes are not a picture that can be read.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum ExrError {
+    /// The size of a part is not one of a picture.
+    #[error("data window")]
+    Size(#[from] SizeError),
+    /// There are more channels than any renderer writes.
+    #[error("found {found} channels, expected at most {MAX_CHANNELS}")]
+    Channels {
+        /// How many there are.
+        found: usize,
+    },
+    /// There are more numbers than fit.
+    #[error("found {found} numbers in all channels, expected at most {}", MAX_SAMPLES)]
+    TooMany {
+        /// How many there are.
+        found: u64,
+    },
+    /// The file is too short for what it claims to hold.
+    #[error(transparent)]
+    TooShort(#[from] TooShort),
+    /// The parts do not cover each other.
+    #[error("part {part}: found {found}, expected {expected} as in part 1")]
+    Parts {
+        /// The part, from 1.
+        part: usize,
+        /// Its data window.
+        found: String,
+        /// That of the first.
+        expected: String,
+    },
+    /// A channel has fewer numbers than pixels.
+    #[error("channel {channel}: found a number for {x}x{y} pixels, expected one for each")]
+    Subsampled {
+        /// The channel.
+        channel: String,
+        /// Pixels to a number in a row.
+        x: usize,
+        /// Rows to a number.
+        y: usize,
+    },
+    /// Two channels have one name.
+    #[error("channel {channel}: found twice, expected once")]
+    Twice {
+        /// The channel.
+        channel: String,
+    },
+    /// There is nothing to see.
+    #[error("found a part without channels, expected at least one")]
+    NoChannels,
+    /// Tiles are larger than any picture.
+    #[error("found tiles of {x}x{y} pixels, expected at most {MAX_PIXELS} pixels")]
+    Tiles {
+        /// Pixels of a tile in a row.
+        x: usize,
+        /// Rows of a tile.
+        y: usize,
+    },
+    /// Pixels say they belong elsewhere.
+    #[error("found pixels with a place outside the picture, expected one within")]
+    Misplaced,
+    /// The file ends too soon.
+    #[error("found its end too soon, expected more pixels or attributes")]
+    Truncated,
+    /// The file is damaged or of a kind that is not read.
+    #[error("cannot be decoded")]
+    Decode(#[source] DecoderError),
+}
+
+impl From<DecoderError> for ExrError {
+    fn from(error: DecoderError) -> Self {
+        // The decoder has this text for the end of the file, and no kind.
+        match error {
+            DecoderError::Invalid(text) if text == "reference to missing bytes" => Self::Truncated,
+            error => Self::Decode(error),
+        }
+    }
+}
+
+/// What is an attribute of every file, and so cannot be said about a picture.
+const STRUCTURE: [&str; 12] = [
+    "channels",
+    "chunkCount",
+    "compression",
+    "dataWindow",
+    "displayWindow",
+    "lineOrder",
+    "name",
+    "pixelAspectRatio",
+    "screenWindowCenter",
+    "screenWindowWidth",
+    "tiles",
+    "type",
+];
+
+/// The type of an attribute that is a list of numbers.
+const LIST: &str = "floatvector";
+
+/// The bytes of a file that holds `picture`.
+///
+/// # Errors
+///
+/// [`EncodeError`] when something said about it has a name that an attribute cannot have.
+pub(super) fn encode(picture: &Picture) -> Result<Vec<u8>, EncodeError> {
+    let size = (picture.size().width() as usize, picture.size().height() as usize);
+    let channels = picture.layers().iter().flat_map(|layer| {
+        layer.channels.iter().map(move |channel| {
+            let samples = match &channel.samples {
+                Samples::F32(samples) => FlatSamples::F32(samples.clone()),
+                Samples::U32(samples) => FlatSamples::U32(samples.clone()),
+            };
+            AnyChannel::new(text(&layer.full_name(channel)), samples)
+        })
+    });
+    let channels = AnyChannels::sort(channels.collect());
+    let mut attributes = LayerAttributes { other: HashMap::new(), ..Default::default() };
+    for (name, value) in &picture.metadata {
+        let fits = (1..256).contains(&name.len()) && !name.contains('\0');
+        if !fits || STRUCTURE.contains(&name.as_str()) {
+            return Err(EncodeError::Attribute { name: name.clone() });
+        }
+        if attributes.other.insert(text(name), attribute(value)).is_some() {
+            return Err(EncodeError::Attribute { name: name.clone() });
+        }
+    }
+    let encoding = Encoding {
+        compression: Compression::ZIP16,
+        blocks: Blocks::ScanLines,
+        line_order: LineOrder::Increasing,
+    };
+    let mut bytes = Cursor::new(Vec::new());
+    Image::from_layer(Part::new(size, attributes, encoding, channels))
+        .write()
+        // Standard names such as `owner` may come as any other.
+        .skip_compatibility_checks()
+        // Else it would start threads of its own, beside those of the command line.
+        .non_parallel()
+        .to_buffered(&mut bytes)?;
+    let mut bytes = bytes.into_inner();
+    sort_attributes(&mut bytes);
+    Ok(bytes)
+}
+
+fn text(text: &str) -> Text {
+    Text::from_slice_unchecked(text.as_bytes())
+}
+
+fn attribute(value: &Value) -> AttributeValue {
+    match value {
+        Value::Text(value) => AttributeValue::Text(text(value)),
+        Value::Integer(value) => AttributeValue::I32(*value),
+        // In 32 bits where that is exact, as most attributes of files are.
+        Value::Real(value) if f64::from(*value as f32).to_bits() == value.to_bits() => {
+            AttributeValue::F32(*value as f32)
+        }
+        Value::Real(value) => AttributeValue::F64(*value),
+        Value::List(values) => AttributeValue::Custom {
+            kind: text(LIST),
+            bytes: values.iter().flat_map(|value| value.to_le_bytes()).collect(),
+        },
+    }
+}
+
+/// Puts the attributes of a file of one part in the order of their names. The encoder, which keeps
+/// ours in a hash table, writes them in an order that differs from run to run.
+fn sort_attributes(file: &mut [u8]) {
+    /// The number of the format, then its version.
+    const START: usize = 8;
+    let until_zero = |at: usize| at + file[at..].iter().take_while(|byte| **byte != 0).count();
+    let mut attributes = Vec::new();
+    let mut at = START;
+    while file[at] != 0 {
+        let kind = until_zero(at) + 1;
+        let length = until_zero(kind) + 1;
+        let bytes = file[length..length + 4].try_into().expect("a length has four bytes");
+        let end = length + 4 + u32::from_le_bytes(bytes) as usize;
+        attributes.push(file[at..end].to_vec());
+        at = end;
+    }
+    attributes.sort();
+    file[START..at].copy_from_slice(&attributes.concat());
+}
+
+/// The picture in a file of these bytes.
+///
+/// # Errors
+///
+/// [`ExrError`] when there is none, before memory is taken for one that is too large.
+pub(super) fn decode(file: &[u8]) -> Result<Picture, ExrError> {
+    let reader = exr::block::read(Cursor::new(file), false)?;
+    let size = check(reader.headers(), file.len() as u64)?;
+    let chunks = reader.filter_chunks(false, |_, tile, _| tile.level_index == FULL_LEVEL)?;
+    let meta = chunks.meta_data().clone();
+    let pixels = size.width() as usize * size.height() as usize;
+    let mut parts: Vec<Vec<Samples>> = meta
+        .headers
+        .iter()
+        .map(|part| part.channels.list.iter().map(|c| zeros(c.sample_type, pixels)).collect())
+        .collect();
+    for chunk in chunks {
+        read_chunk(chunk?, &meta, &mut parts)?;
+    }
+
+    let mut channels = Vec::new();
+    let mut metadata = Vec::new();
+    for (part, samples) in meta.headers.iter().zip(parts) {
+        let is_only = meta.headers.len() == 1;
+        let prefix = part.own_attributes.layer_name.as_ref().filter(|_| !is_only).map(string);
+        for (channel, samples) in part.channels.list.iter().zip(samples) {
+            let name = string(&channel.name);
+            let name = match &prefix {
+                Some(prefix) if !name.starts_with(&format!("{prefix}.")) => {
+                    format!("{prefix}.{name}")
+                }
+                _ => name,
+            };
+            channels.push((name, samples));
+        }
+    }
+    for (name, value) in meta.headers.iter().flat_map(Header::all_named_attributes) {
+        let name = String::from_utf8_lossy(name).into_owned();
+        let is_new = metadata.iter().all(|(other, _)| *other != name);
+        if let Some(value) = value_of(&value).filter(|_| is_new && !STRUCTURE.contains(&&*name)) {
+            metadata.push((name, value));
+        }
+    }
+    metadata.sort_by(|(a, _), (b, _)| a.cmp(b));
+    let mut picture = Picture::new(size);
+    for layer in layers(channels)? {
+        picture.push(layer);
+    }
+    picture.metadata = metadata;
+    Ok(picture)
+}
+
+/// The level that is the picture itself; others are smaller.
+const FULL_LEVEL: Vec2<usize> = Vec2(0, 0);
+
+fn zeros(kind: SampleType, count: usize) -> Samples {
+    match kind {
+        SampleType::U32 => Samples::U32(vec![0; count]),
+        SampleType::F16 | SampleType::F32 => Samples::F32(vec![0.0; count]),
+    }
+}
+
+/// Puts the numbers of a chunk in their places in `parts`.
+///
+/// The decoder has functions for that, which trust the place that a chunk says it has.
+fn read_chunk(chunk: Chunk, meta: &MetaData, parts: &mut [Vec<Samples>]) -> Result<(), ExrError> {
+    if let CompressedBlock::Tile(tile) = &chunk.compressed_block
+        && tile.coordinates.level_index != FULL_LEVEL
+    {
+        return Err(ExrError::Misplaced);
+    }
+    let block = UncompressedBlock::decompress_chunk(chunk, meta, false)?;
+    let at = block.index.layer;
+    let (Some(part), Some(samples)) = (meta.headers.get(at), parts.get_mut(at)) else {
+        return Err(ExrError::Misplaced);
+    };
+    let Vec2(width, height) = block.index.pixel_size;
+    let end = block.index.pixel_position + block.index.pixel_size;
+    if end.x() > part.layer_size.x()
+        || end.y() > part.layer_size.y()
+        || block.data.len() != width * height * part.channels.bytes_per_pixel
+    {
+        return Err(ExrError::Misplaced);
+    }
+    for line in block.lines(&part.channels) {
+        let place = line.location.position;
+        let start = place.y() * part.layer_size.width() + place.x();
+        let range = start..start + width;
+        match &mut samples[line.location.channel] {
+            Samples::U32(samples) => fill(&mut samples[range], line.value, u32::from_ne_bytes),
+            Samples::F32(samples) if line.value.len() == 2 * width => {
+                fill(&mut samples[range], line.value, |half| f16::from_ne_bytes(half).to_f32());
+            }
+            Samples::F32(samples) => fill(&mut samples[range], line.value, f32::from_ne_bytes),
+        }
+    }
+    Ok(())
+}
+
+/// Fills `samples` with what `number` makes of each N bytes.
+fn fill<T, const N: usize>(samples: &mut [T], bytes: &[u8], number: impl Fn([u8; N]) -> T) {
+    let words = bytes.as_chunks().0.iter();
+    samples.iter_mut().zip(words).for_each(|(sample, word)| *sample = number(*word));
+}
+
+/// The size that all parts have, if they can be read.
+fn check(parts: &[Header], file_length: u64) -> Result<Size, ExrError> {
+    let found = parts.iter().map(|part| part.channels.list.len()).sum();
+    if found > MAX_CHANNELS {
+        return Err(ExrError::Channels { found });
+    }
+    let mut sizes = Vec::new();
+    let [mut numbers, mut bytes] = [0_u64; 2];
+    for (at, part) in parts.iter().enumerate() {
+        let side = |side| u32::try_from(side).unwrap_or(u32::MAX);
+        let size = Size::new(side(part.layer_size.width()), side(part.layer_size.height()))?;
+        let corner = part.own_attributes.layer_position;
+        let window = |(size, x, y): (Size, i32, i32)| {
+            format!("{}x{} pixels at {x},{y}", size.width(), size.height())
+        };
+        sizes.push((size, corner.x(), corner.y()));
+        if sizes[0] != sizes[at] {
+            let [expected, found] = [window(sizes[0]), window(sizes[at])];
+            return Err(ExrError::Parts { part: at + 1, found, expected });
+        }
+        if part.channels.list.is_empty() {
+            return Err(ExrError::NoChannels);
+        }
+        if let BlockDescription::Tiles(tiles) = part.blocks {
+            let Vec2(x, y) = tiles.tile_size;
+            if x.saturating_mul(y) as u64 > MAX_PIXELS {
+                return Err(ExrError::Tiles { x, y });
+            }
+        }
+        let pixels = u64::from(size.width()) * u64::from(size.height());
+        for channel in &part.channels.list {
+            let [x, y] = [channel.sampling.x(), channel.sampling.y()];
+            if [x, y] != [1, 1] {
+                return Err(ExrError::Subsampled { channel: string(&channel.name), x, y });
+            }
+            numbers += pixels;
+            bytes += pixels * channel.sample_type.bytes_per_sample() as u64;
+        }
+    }
+    if numbers > MAX_SAMPLES {
+        return Err(ExrError::TooMany { found: numbers });
+    }
+    TooShort::check(file_length, bytes)?;
+    Ok(sizes[0].0)
+}
+
+fn string(text: &Text) -> String {
+    String::from_utf8_lossy(text.bytes()).into_owned()
+}
+
+/// What an attribute says, if it is text or numbers.
+fn value_of(attribute: &AttributeValue) -> Option<Value> {
+    match attribute {
+        AttributeValue::Text(text) => Some(Value::Text(string(text))),
+        AttributeValue::I32(value) => Some(Value::Integer(*value)),
+        AttributeValue::F32(value) => Some(Value::Real((*value).into())),
+        AttributeValue::F64(value) => Some(Value::Real(*value)),
+        AttributeValue::Custom { kind, bytes } if string(kind) == LIST => {
+            let numbers = bytes.as_chunks::<4>().0.iter();
+            Some(Value::List(numbers.map(|number| f32::from_le_bytes(*number)).collect()))
+        }
+        _ => None,
+    }
+}
+
+/// Channels that a layer without a name may have; others without a dot are layers of their own.
+const BEAUTY_CHANNELS: [&str; 5] = ["R", "G", "B", "A", "Y"];
+
+/// The layers that channels of these full names make: the beauty layer first, the others in the
+/// order of the file; red, green and blue in this order.
+fn layers(channels: Vec<(String, Samples)>) -> Result<Vec<Layer>, ExrError> {
+    let mut layers: Vec<Layer> = Vec::new();
+    for (full_name, samples) in channels {
+        let [layer, name] = match full_name.rsplit_once('.') {
+            Some((layer, name)) if !layer.is_empty() && !name.is_empty() => [layer, name],
+            _ if BEAUTY_CHANNELS.contains(&&*full_name) => ["", &full_name],
+            _ => [full_name.as_str(), ""],
+        };
+        let channel = Channel { name: name.to_owned(), samples };
+        match layers.iter_mut().find(|other| other.name == layer) {
+            Some(other) if other.channels.iter().any(|other| other.name == name) => {
+                return Err(ExrError::Twice { channel: full_name });
+            }
+            Some(other) => other.channels.push(channel),
+            None => layers.push(Layer { name: layer.to_owned(), channels: vec![channel] }),
+        }
+    }
+    layers.sort_by_key(|layer| !layer.name.is_empty());
+    for layer in &mut layers {
+        let rank = |channel: &Channel| {
+            ["R", "G", "B"].iter().position(|name| *name == channel.name).unwrap_or(3)
+        };
+        layer.channels.sort_by_key(rank);
+    }
+    Ok(layers)
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test stops at what it does not expect")]
+
+    use exr::{
+        image::{Layers, Levels, write::layers::WritableLayers},
+        math::RoundingMode,
+        meta::{
+            attribute::{IntegerBounds, LevelMode},
+            header::ImageAttributes,
+        },
+        prelude::SmallVec,
+    };
+    use glam::Vec3;
+
+    use super::*;
+
+    const SIZE: (usize, usize) = (5, 3);
+
+    fn ramp() -> Vec<f32> {
+        (0..SIZE.0 * SIZE.1).map(|k| k as f32 - 4.5).collect()
+    }
+
+    fn picture() -> Picture {
+        let mut picture = Picture::new(Size::new(SIZE.0 as u32, SIZE.1 as u32).unwrap());
+        let vectors: Vec<_> = ramp().iter().map(|&x| Vec3::new(x, x * x, 1.0 / x)).collect();
+        picture.push(Layer::colors("", &vectors));
+        picture.push(Layer::vectors("N", &vectors));
+        picture.push(Layer::quantity("Z", ramp()));
+        picture.push(Layer::colors("albedo", &vectors));
+        let places: Vec<_> = vectors.iter().map(|v| v.truncate()).collect();
+        picture.push(Layer::places("uv", &places));
+        picture.push(Layer::numbers("yarn_id", (0..15).map(|k| u32::MAX - k).collect()));
+        picture.metadata = [
+            ("normalization", Value::List(vec![0.25, f32::MIN_POSITIVE])),
+            ("owner", "Wéber & Söhne".into()),
+            ("seed", "18446744073709551615".into()),
+            ("spp", Value::Integer(64)),
+            ("time", Value::Real(0.1)),
+            ("version of a very long name indeed", Value::Real(0.5)),
+        ]
+        .map(|(name, value)| (name.to_owned(), value))
+        .into();
+        picture
+    }
+
+    #[test]
+    fn what_is_written_is_read_back() {
+        let picture = picture();
+        assert_eq!(decode(&encode(&picture).unwrap()).unwrap(), picture);
+    }
+
+    #[test]
+    fn numbers_that_are_not_finite_are_kept() {
+        let mut picture = Picture::new(Size::new(2, 1).unwrap());
+        picture.push(Layer::quantity("Z", vec![f32::NAN, f32::NEG_INFINITY]));
+        let layer = decode(&encode(&picture).unwrap()).unwrap().into_layer("Z").unwrap();
+        let Samples::F32(found) = &layer.layers()[0].channels[0].samples else { panic!() };
+        assert!(found[0].is_nan() && found[1] == f32::NEG_INFINITY, "{found:?}");
+    }
+
+    #[test]
+    fn equal_pictures_give_equal_bytes() {
+        // A hash table has another order in each of these.
+        let first = encode(&picture()).unwrap();
+        for _ in 0..20 {
+            assert!(encode(&picture()).unwrap() == first);
+        }
+    }
+
+    #[test]
+    fn names_that_no_attribute_can_have_are_refused() {
+        for name in ["", "dataWindow", "a\0b", &"n".repeat(256)] {
+            let mut picture = picture();
+            picture.metadata.push((name.to_owned(), Value::Integer(1)));
+            let error = encode(&picture).unwrap_err();
+            assert!(matches!(error, EncodeError::Attribute { .. }), "{name}: {error}");
+        }
+        let mut picture = picture();
+        picture.metadata.push(("spp".to_owned(), Value::Integer(1)));
+        assert!(encode(&picture).is_err());
+    }
+
+    fn channel<T>(name: &str, samples: T) -> AnyChannel<T>
+    where
+        AnyChannel<T>: Sized,
+    {
+        AnyChannel {
+            name: text(name),
+            sample_data: samples,
+            quantize_linearly: false,
+            sampling: Vec2(1, 1),
+        }
+    }
+
+    /// The bytes of a file that a program other than ours might write.
+    fn file<T>(image: &Image<T>) -> Vec<u8>
+    where
+        for<'a> T: WritableLayers<'a>,
+    {
+        let mut bytes = Cursor::new(Vec::new());
+        image.write().non_parallel().to_buffered(&mut bytes).unwrap();
+        bytes.into_inner()
+    }
+
+    fn encoding(compression: Compression, blocks: Blocks) -> Encoding {
+        Encoding { compression, blocks, line_order: LineOrder::Increasing }
+    }
+
+    /// A file of halves, by [`ramp`].
+    pub(in crate::image) fn halves(compression: Compression, blocks: Blocks) -> Vec<u8> {
+        let halves = ramp().into_iter().map(f16::from_f32).collect();
+        let list = SmallVec::from_vec(vec![channel("G", FlatSamples::F16(halves))]);
+        let encoding = encoding(compression, blocks);
+        file(&Image::from_encoded_channels(SIZE, encoding, AnyChannels { list }))
+    }
+
+    #[test]
+    fn every_compression_in_lines_or_tiles_is_read() {
+        use Compression::{PIZ, RLE, Uncompressed, ZIP1, ZIP16};
+        for compression in [Uncompressed, RLE, ZIP1, ZIP16, PIZ] {
+            for blocks in [Blocks::ScanLines, Blocks::Tiles(Vec2(2, 2))] {
+                let found = decode(&halves(compression, blocks)).unwrap();
+                let samples = &found.layer("").unwrap().channels[0].samples;
+                assert_eq!(samples, &Samples::F32(ramp()), "{compression:?} {blocks:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn of_smaller_levels_the_full_one_is_read() {
+        let level = |[w, h]: [usize; 2]| FlatSamples::F32(vec![w as f32; w * h]);
+        let levels = Levels::Mip {
+            rounding_mode: RoundingMode::Down,
+            level_data: [[5, 3], [2, 1], [1, 1]].map(level).into(),
+        };
+        let channels = AnyChannels { list: SmallVec::from_vec(vec![channel("Z", levels)]) };
+        let tiles = encoding(Compression::ZIP16, Blocks::Tiles(Vec2(2, 2)));
+        let bytes = file(&Image::from_encoded_channels(SIZE, tiles, channels));
+        let meta = MetaData::read_from_buffered(bytes.as_slice(), false).unwrap();
+        let exr::meta::BlockDescription::Tiles(tiles) = meta.headers[0].blocks else { panic!() };
+        assert_eq!(tiles.level_mode, LevelMode::MipMap);
+        let found = decode(&bytes).unwrap();
+        assert_eq!(found.layers(), [Layer::quantity("Z", vec![5.0; 15])]);
+    }
+
+    /// Name, channel, corner and size of a part.
+    type PartOf<'a> = (&'a str, &'a str, [i32; 2], (usize, usize));
+
+    fn parts(parts: &[PartOf<'_>]) -> Vec<u8> {
+        let parts: Layers<AnyChannels<FlatSamples>> = parts
+            .iter()
+            .map(|(part, name, [x, y], size)| {
+                let attributes = LayerAttributes::named(*part).with_position(Vec2(*x, *y));
+                let samples = FlatSamples::F32(vec![1.0; size.0 * size.1]);
+                let list = SmallVec::from_vec(vec![channel(name, samples)]);
+                let encoding = encoding(Compression::ZIP16, Blocks::ScanLines);
+                Part::new(*size, attributes, encoding, AnyChannels { list })
+            })
+            .collect();
+        let window = IntegerBounds::from_dimensions(Vec2(9, 9));
+        file(&Image::from_layers(ImageAttributes::new(window), parts))
+    }
+
+    #[test]
+    fn parts_are_layers() {
+        let bytes = parts(&[
+            ("left", "R", [2, 1], SIZE),
+            ("N", "N.X", [2, 1], SIZE),
+            ("Z", "Z", [2, 1], SIZE),
+        ]);
+        let found = decode(&bytes).unwrap();
+        let names: Vec<_> = found
+            .layers()
+            .iter()
+            .flat_map(|layer| layer.channels.iter().map(|channel| layer.full_name(channel)))
+            .collect();
+        assert_eq!(names, ["left.R", "N.X", "Z.Z"]);
+    }
+
+    #[test]
+    fn parts_that_do_not_cover_each_other_are_refused() {
+        for (corner, size, expected) in [
+            ([0, 1], SIZE, "part 2: found 5x3 pixels at 0,1, expected 5x3 pixels at 0,0"),
+            ([0, 0], (4, 3), "part 2: found 4x3 pixels at 0,0, expected 5x3 pixels at 0,0"),
+        ] {
+            let bytes = parts(&[("a", "R", [0, 0], SIZE), ("b", "R", corner, size)]);
+            let error = decode(&bytes).unwrap_err().to_string();
+            assert_eq!(error, format!("{expected} as in part 1"));
+        }
+    }
+
+    #[test]
+    fn truncated_files_are_told_as_such() {
+        let bytes = encode(&picture()).unwrap();
+        for length in 4..bytes.len() {
+            let error = decode(&bytes[..length]).unwrap_err();
+            assert!(matches!(error, ExrError::Truncated), "{length}: {error:?}");
+        }
+    }
+
+    /// The file with the size in its header that `width` and `height` say.
+    fn claiming(width: i32, height: i32) -> Vec<u8> {
+        let mut bytes = encode(&picture()).unwrap();
+        let mut set = |key: &[u8], at: usize, value: i32| {
+            let found = bytes.windows(key.len()).position(|window| window == key).unwrap();
+            let at = found + key.len() + at;
+            bytes[at..at + 4].copy_from_slice(&value.to_le_bytes());
+        };
+        set(b"chunkCount\0int\0\x04\0\0\0", 0, (height + 15) / 16);
+        set(b"dataWindow\0box2i\0\x10\0\0\0", 8, width - 1);
+        set(b"dataWindow\0box2i\0\x10\0\0\0", 12, height - 1);
+        bytes
+    }
+
+    #[test]
+    fn claims_are_checked_before_memory_is_taken() {
+        let claim = |width, height| decode(&claiming(width, height)).unwrap_err();
+        let error = claim(1 << 20, 1 << 20);
+        assert!(matches!(error, ExrError::Size(SizeError::TooLarge(_))), "{error:?}");
+        let error = claim(8192, 8192);
+        assert!(matches!(error, ExrError::TooShort(_)), "{error:?}");
+        let meta = MetaData::read_from_buffered(claiming(8192, 8192).as_slice(), false).unwrap();
+        let error = check(&vec![meta.headers[0].clone(); 3], u64::MAX).unwrap_err().to_string();
+        // Thirteen channels in each of three parts.
+        let expected = "found 2617245696 numbers in all channels, expected at most 2147483648";
+        assert_eq!(error, expected);
+        let error = check(&vec![meta.headers[0].clone(); 100], u64::MAX).unwrap_err().to_string();
+        assert_eq!(error, "found 1300 channels, expected at most 1024");
+        let error = claim(0, 3);
+        assert!(matches!(error, ExrError::Decode(_) | ExrError::Size(_)), "{error:?}");
+    }
+}
