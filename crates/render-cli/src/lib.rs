@@ -6,7 +6,7 @@
 //!         scene::drape, scene::swatch, scene::light ────┴▶ Scene ──render──▶ Film ──image──▶ PNG, EXR
 //! ```
 //!
-//! [`command::draft`] looks at drafts alone, without cloth.
+//! [`command::draft`] looks at drafts alone, without cloth, and [`command::image`] at pictures.
 //!
 //! World space is in metres, right-handed, z up. Cloth coordinates are lengths in metres, u along
 //! the weft and v along the warp. Radiance is linear, with the primaries of sRGB, in units in which
@@ -52,5 +52,6 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         Command::Swatch(options) => command::swatch::run(options).map(|()| Outcome::Done),
         Command::Presets => command::presets::run().map(|()| Outcome::Done),
         Command::Draft(command) => command::draft::run(command),
+        Command::Image(command) => command::image::run(command),
     }
 }

@@ -1,6 +1,7 @@
 //! The command line as data.
 
 mod draft;
+mod image;
 
 use std::path::PathBuf;
 
@@ -12,6 +13,9 @@ use thiserror::Error;
 
 pub use self::draft::{
     ConvertOptions, DraftCommand, DrawdownOptions, Form, InfoOptions, LintOptions, RewriteOptions,
+};
+pub use self::image::{
+    DiffOptions, ImageCommand, PictureConvertOptions, PictureInfoOptions, Target,
 };
 use crate::{
     image::Format,
@@ -55,6 +59,10 @@ pub enum Command {
     /// Tells about, checks, draws and rewrites a draft
     #[command(subcommand)]
     Draft(DraftCommand),
+
+    /// Compares pictures, tells about them and converts them
+    #[command(subcommand)]
+    Image(ImageCommand),
 }
 
 /// Arguments of `selvedge render`.
