@@ -7,17 +7,21 @@ use std::{
     sync::Arc,
 };
 
+use ::image::{ImageReader, Limits};
+use anyhow::Context;
 use glam::{Affine3A, EulerRot, Quat, Vec3};
 use selvedge_yarn_brdf::Color;
 
 use super::{
     Material, Scene, Surface,
     drape::{BuiltIn, CameraPlacement, RectangleLight},
-    file::{LightFile, MaterialFile, ObjectFile, PlaceFile, SceneFile, ShapeFile},
+    file::{ColorSource, LightFile, MaterialFile, ObjectFile, PlaceFile, SceneFile, ShapeFile},
     light::{AreaLight, Constant, Distant, Environment, Light, Quad, Sphere},
     load,
     mesh::Mesh,
     shape::Shape,
+    standard::{Input, Standard},
+    texture::{Encoding, MipTexture},
     uv::UvReport,
 };
 use crate::{
@@ -67,8 +71,7 @@ impl SceneFile {
         let mut scene = Scene::new(surfaces, self.camera(), lights, self.depth)?;
         let camera = &self.camera;
         let focus = camera.focus.unwrap_or_else(|| camera.position.distance(camera.target));
-        scene.lens =
-            (camera.aperture > 0.0).then_some(Lens { radius: camera.aperture, focus });
+        scene.lens = (camera.aperture > 0.0).then_some(Lens { radius: camera.aperture, focus });
         scene.filter = self.film.filter;
         Ok(Built { scene, warnings })
     }
@@ -107,6 +110,25 @@ impl<'a> Builder<'a> {
     ) -> anyhow::Result<Material> {
         match material {
             MaterialFile::Diffuse { reflectance } => Ok(Material::Matte(reflectance.0.into())),
+            MaterialFile::Standard(standard) => {
+                let at = format!("materials.{name}.standard");
+                let input = |part: &str, source: &ColorSource, encoding| {
+                    self.input(&format!("{at}.{part}"), source, encoding)
+                };
+                let normal = match &standard.normal {
+                    Some(path) => self.texture(&format!("{at}.normal"), path, Encoding::Linear)?,
+                    None => Standard::default().normal,
+                };
+                let inputs = Standard {
+                    base_color: input("base_color", &standard.base_color, Encoding::Srgb)?,
+                    normal,
+                    roughness: input("roughness", &standard.roughness, Encoding::Linear)?,
+                    specular: input("specular", &standard.specular, Encoding::Linear)?,
+                    anisotropy: Input::Constant(Vec3::splat(standard.anisotropy)),
+                };
+                let size = standard.size.into();
+                Ok(Material::Standard { standard: Arc::new(inputs), size })
+            }
             MaterialFile::Cloth { fabric } => {
                 let path = match cloth {
                     Some(cloth) => cloth.to_owned(),
@@ -123,6 +145,25 @@ impl<'a> Builder<'a> {
                 Ok(Material::cloth(shader))
             }
         }
+    }
+
+    fn input(&self, at: &str, source: &ColorSource, encoding: Encoding) -> anyhow::Result<Input> {
+        match source {
+            ColorSource::Constant(color) => Ok(Input::Constant(*color)),
+            ColorSource::Texture(path) => self.texture(at, path, encoding),
+        }
+    }
+
+    /// The picture at `path`, PNG.
+    fn texture(&self, at: &str, path: &Path, encoding: Encoding) -> anyhow::Result<Input> {
+        let path = self.folder.join(path);
+        let texture = || -> anyhow::Result<MipTexture> {
+            let mut reader = ImageReader::open(&path)?.with_guessed_format()?;
+            reader.limits(Limits::default());
+            Ok(MipTexture::new(&reader.decode()?, encoding)?)
+        };
+        let context = || format!("{at}: {}", path.display());
+        Ok(Input::Texture(Arc::new(texture().with_context(context)?)))
     }
 
     fn place(
@@ -195,11 +236,7 @@ impl PlaceFile {
     fn map(&self) -> Affine3A {
         let [x, y, z] = self.rotate_deg.to_array().map(f32::to_radians);
         let rotation = Quat::from_euler(EulerRot::ZYX, z, y, x);
-        Affine3A::from_scale_rotation_translation(
-            Vec3::splat(self.scale),
-            rotation,
-            self.translate,
-        )
+        Affine3A::from_scale_rotation_translation(Vec3::splat(self.scale), rotation, self.translate)
     }
 }
 
@@ -228,7 +265,7 @@ impl LightFile {
             Self::Environment { ref path, rotation_deg, scale } => {
                 let path = folder.join(path);
                 let context = || format!("{at}.environment.path");
-                let picture = image::read::read(&path)
+                let picture = image::read(&path)
                     .map_err(|error| anyhow::Error::from(error).context(context()))?;
                 let size = picture.size();
                 let environment = Environment::new(

@@ -159,6 +159,14 @@ impl Mesh {
         (0..self.triangles.len() as u32).map(|triangle| area(self.corners(triangle))).sum()
     }
 
+    /// The mesh with its cloth coordinates multiplied by `factor`.
+    pub fn with_uv_scaled(mut self, factor: f32) -> Self {
+        for uv in &mut self.uvs {
+            *uv *= factor;
+        }
+        self
+    }
+
     /// Vertex positions in metres.
     pub fn positions(&self) -> &[Vec3] {
         &self.positions
