@@ -35,10 +35,13 @@ impl PixelSampler {
         Self { scramble: (mix(place ^ mix(seed)) >> 32) as u32 }
     }
 
-    /// Point `index` of the sequence, below [`MAX_SAMPLES`]. Any 2ᵏ points from a multiple of 2ᵏ
-    /// are spread evenly.
+    /// Point `index` of the sequence. Any 2ᵏ points from a multiple of 2ᵏ are spread evenly.
+    ///
+    /// From [`MAX_SAMPLES`] on, and from each multiple of it, there follows another scrambling of the
+    /// sequence, independent of those before.
     pub fn sample(&self, index: u32) -> Sample {
-        Sample { scramble: self.scramble, index, sets: 0, set: [0.0; 4], used: 4 }
+        let scramble = self.scramble ^ (mix((index / MAX_SAMPLES).into()) >> 32) as u32;
+        Sample { scramble, index: index % MAX_SAMPLES, sets: 0, set: [0.0; 4], used: 4 }
     }
 }
 
@@ -98,6 +101,21 @@ mod tests {
             assert_ne!(base, other);
         }
         assert_eq!(base, first([3, 5], 0));
+    }
+
+    #[test]
+    fn sequence_is_followed_by_an_independent_one() {
+        // The first 16 points fill each of 16 columns once, in another order in each sequence. So
+        // the k-th points of two are in one column as often as chance has it, once in each pixel.
+        let mut meetings = 0;
+        for x in 0..400 {
+            let sampler = PixelSampler::new([x, 0], 0);
+            let column = |index| (sampler.sample(index).next_1d() * 16.0) as u32;
+            let meet = |index: &u32| column(*index) == column(MAX_SAMPLES + index);
+            meetings += (0..16).filter(meet).count();
+        }
+        let (expected, sigma) = (400.0, 20.0);
+        assert!((meetings as f64 - expected).abs() < 4.0 * sigma, "{meetings}");
     }
 
     #[test]
