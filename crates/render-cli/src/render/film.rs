@@ -1,6 +1,6 @@
 //! What rays expose: the size of a picture, its pixels, and the filter that makes them.
 
-use std::{f32::consts::TAU, str::FromStr};
+use std::{f32::consts::TAU, fmt, str::FromStr};
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
@@ -14,7 +14,7 @@ pub struct Size {
     height: u32,
 }
 
-/// Most pixels of a picture, 2²⁶: 8192 × 8192, which take 0.8 GB of memory.
+/// Most pixels of a picture, 2²⁶: 8192 × 8192, which take 2.4 GB of memory.
 pub const MAX_PIXELS: u64 = 1 << 26;
 
 /// What is not a size.
@@ -72,6 +72,177 @@ impl FromStr for Size {
     }
 }
 
+/// A rectangle of pixels with at least one in it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Crop {
+    min: [u32; 2],
+    max: [u32; 2],
+}
+
+/// What is not a crop.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum CropError {
+    /// The text is not four numbers.
+    #[error("expected left, top, right and bottom edge in pixels, as in 0,0,960,640")]
+    Syntax,
+    /// There are no pixels.
+    #[error("found no pixels, expected a right and a bottom edge beyond the left and the top one")]
+    Empty,
+    /// It is not within the picture.
+    #[error("found {crop}, expected a rectangle within 0,0,{width},{height}")]
+    Outside {
+        /// The crop.
+        crop: Crop,
+        /// Width of the picture.
+        width: u32,
+        /// Height of the picture.
+        height: u32,
+    },
+}
+
+impl Crop {
+    /// The pixels from column and row `min` up to and without column and row `max`.
+    ///
+    /// # Errors
+    ///
+    /// [`CropError::Empty`] when there are none.
+    pub fn new(min: [u32; 2], max: [u32; 2]) -> Result<Self, CropError> {
+        let is_filled = min[0] < max[0] && min[1] < max[1];
+        if is_filled { Ok(Self { min, max }) } else { Err(CropError::Empty) }
+    }
+
+    /// Column and row of the first pixel.
+    pub fn min(self) -> [u32; 2] {
+        self.min
+    }
+
+    /// Column and row after the last pixel.
+    pub fn max(self) -> [u32; 2] {
+        self.max
+    }
+
+    /// Pixels in a row.
+    pub fn width(self) -> u32 {
+        self.max[0] - self.min[0]
+    }
+
+    /// Number of rows.
+    pub fn height(self) -> u32 {
+        self.max[1] - self.min[1]
+    }
+
+    /// The pixels that are in `other` too.
+    pub fn intersection(self, other: Self) -> Option<Self> {
+        let max_of = |axis: usize| self.max[axis].min(other.max[axis]);
+        let min_of = |axis: usize| self.min[axis].max(other.min[axis]);
+        Self::new([min_of(0), min_of(1)], [max_of(0), max_of(1)]).ok()
+    }
+
+    /// Columns and rows of all pixels, row after row.
+    pub fn pixels(self) -> impl Iterator<Item = [u32; 2]> {
+        let columns = self.min[0]..self.max[0];
+        (self.min[1]..self.max[1]).flat_map(move |y| columns.clone().map(move |x| [x, y]))
+    }
+}
+
+impl fmt::Display for Crop {
+    /// `left,top,right,bottom`
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { min, max } = self;
+        write!(f, "{},{},{},{}", min[0], min[1], max[0], max[1])
+    }
+}
+
+impl FromStr for Crop {
+    type Err = CropError;
+
+    /// `left,top,right,bottom`
+    fn from_str(text: &str) -> Result<Self, CropError> {
+        let number = |text: &str| {
+            let digits = !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+            // A number beyond u32 is outside of all pictures, not unreadable.
+            digits.then(|| text.parse().unwrap_or(u32::MAX)).ok_or(CropError::Syntax)
+        };
+        let numbers: Vec<u32> = text.split(',').map(number).collect::<Result<_, _>>()?;
+        let [left, top, right, bottom] = numbers[..] else { return Err(CropError::Syntax) };
+        Self::new([left, top], [right, bottom])
+    }
+}
+
+/// A picture, and the part of it that is taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Frame {
+    size: Size,
+    crop: Crop,
+}
+
+impl Frame {
+    /// All of a picture.
+    pub fn whole(size: Size) -> Self {
+        Self { size, crop: Crop { min: [0, 0], max: [size.width, size.height] } }
+    }
+
+    /// A part of a picture.
+    ///
+    /// # Errors
+    ///
+    /// [`CropError::Outside`] when not all of `crop` is within the picture.
+    pub fn cropped(size: Size, crop: Crop) -> Result<Self, CropError> {
+        let Size { width, height } = size;
+        if crop.max[0] > width || crop.max[1] > height {
+            return Err(CropError::Outside { crop, width, height });
+        }
+        Ok(Self { size, crop })
+    }
+
+    /// Size of the picture, of which the crop may be a part.
+    pub fn size(self) -> Size {
+        self.size
+    }
+
+    /// The part that is taken.
+    pub fn crop(self) -> Crop {
+        self.crop
+    }
+
+    /// Size of that part.
+    pub fn crop_size(self) -> Size {
+        Size { width: self.crop.width(), height: self.crop.height() }
+    }
+}
+
+/// What was exposed: the picture within the crop of its frame, and its layers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Exposed {
+    /// What picture it is, and which part of it.
+    pub frame: Frame,
+    /// The radiance.
+    pub beauty: Film,
+    /// All else, by name; none if no layers were asked for.
+    pub planes: Vec<Plane>,
+}
+
+/// A number for each pixel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plane {
+    /// Name of the layer, as in `albedo`.
+    pub layer: &'static str,
+    /// Name of the channel within it, as in `R`; empty where it is all there is of the layer.
+    pub channel: &'static str,
+    /// The numbers, row after row from the top, each from left to right.
+    pub values: Values,
+}
+
+/// Numbers of one type.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Values {
+    /// Quantities.
+    F32(Vec<f32>),
+    /// Numbers of things.
+    U32(Vec<u32>),
+}
+
 /// The pixels of a picture: linear radiance, top row first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Film {
@@ -94,6 +265,11 @@ impl Film {
     /// All pixels, row after row from the top, each from left to right.
     pub fn pixels(&self) -> &[Vec3] {
         &self.pixels
+    }
+
+    /// All pixels, to be written.
+    pub fn pixels_mut(&mut self) -> &mut [Vec3] {
+        &mut self.pixels
     }
 
     /// The rows from the top, each a task of its own.
@@ -156,6 +332,39 @@ mod tests {
         assert_eq!("8192x8193".parse::<Size>(), Err(SizeError::TooLarge(8192 * 8193)));
         let huge = "99999999999999999999x2".parse::<Size>();
         assert_eq!(huge, Err(SizeError::TooLarge(2 * u64::from(u32::MAX))));
+    }
+
+    #[test]
+    fn crops_are_read_and_lie_within_the_picture() {
+        let crop: Crop = "1,2,30,40".parse().unwrap();
+        assert_eq!((crop.min(), crop.max()), ([1, 2], [30, 40]));
+        assert_eq!((crop.width(), crop.height()), (29, 38));
+        assert_eq!(crop.to_string(), "1,2,30,40");
+        for text in
+            ["", "1,2,3", "1,2,3,4,5", "1,2,3,", "a,2,3,4", "-1,2,3,4", "1.5,2,3,4", "1 ,2,3,4"]
+        {
+            assert_eq!(text.parse::<Crop>(), Err(CropError::Syntax), "{text}");
+        }
+        for text in ["1,2,1,4", "1,2,3,2", "3,2,1,4"] {
+            assert_eq!(text.parse::<Crop>(), Err(CropError::Empty), "{text}");
+        }
+        let size = Size::new(30, 40).unwrap();
+        assert_eq!(Frame::cropped(size, crop).unwrap().crop_size(), Size::new(29, 38).unwrap());
+        for text in ["0,0,31,40", "0,0,30,41", "0,0,99999999999,1"] {
+            let error = Frame::cropped(size, text.parse().unwrap()).unwrap_err();
+            let text = error.to_string();
+            assert!(text.ends_with("expected a rectangle within 0,0,30,40"), "{text}");
+        }
+    }
+
+    #[test]
+    fn crops_meet_where_both_have_pixels() {
+        let crop = |text: &str| text.parse::<Crop>().unwrap();
+        let common = crop("0,0,4,4").intersection(crop("2,1,9,3"));
+        assert_eq!(common, Some(crop("2,1,4,3")));
+        assert_eq!(crop("0,0,4,4").intersection(crop("4,0,5,4")), None);
+        let pixels: Vec<_> = crop("2,1,4,3").pixels().collect();
+        assert_eq!(pixels, [[2, 1], [3, 1], [2, 2], [3, 2]]);
     }
 
     #[test]

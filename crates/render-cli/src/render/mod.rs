@@ -1,11 +1,15 @@
 //! From a scene to a picture.
 
+pub mod accumulate;
 pub mod camera;
+pub mod checkpoint;
 pub mod exposure;
 pub mod film;
 pub mod footprint;
+pub mod hash;
 pub mod integrator;
 pub mod intersect;
+pub mod progressive;
 pub mod sampler;
 
 use glam::{DVec3, Vec2};
@@ -79,4 +83,34 @@ pub fn render(scene: &Scene, settings: &Settings, row_done: impl Fn() + Sync) ->
         row_done();
     });
     film
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::AtomicBool;
+
+    use glam::Vec3;
+
+    use super::{
+        accumulate::Layers,
+        film::Frame,
+        progressive::{Control, Limits, Plan, expose},
+        *,
+    };
+    use crate::scene::{Material, drape::DEFAULT_SIDE};
+
+    #[test]
+    fn passes_add_up_to_the_plain_loop() {
+        let scene = Scene::built_in(Material::Matte(Vec3::splat(0.5)), DEFAULT_SIDE).unwrap();
+        let size = Size::new(37, 21).unwrap();
+        for spp in [1, 16, 21] {
+            let plain = render(&scene, &Settings { size, spp, seed: 3 }, || {});
+            let limits = Limits { spp, time: None, noise: None };
+            let plan = Plan { frame: Frame::whole(size), layers: Layers::None, limits, key: 0 };
+            let interrupt = AtomicBool::new(false);
+            let control = Control { interrupt: &interrupt, watch: &|_| {}, save: None };
+            let outcome = expose(&View::new(&scene, size, 3), &plan, &control);
+            assert!(outcome.exposed().beauty == plain, "{spp} spp");
+        }
+    }
 }
