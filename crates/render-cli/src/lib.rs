@@ -19,6 +19,7 @@ pub mod command;
 pub mod draft;
 pub mod fabric;
 pub mod image;
+pub mod interrupt;
 mod json;
 pub mod output;
 pub mod render;
@@ -38,6 +39,8 @@ pub enum Outcome {
     Faulty,
     /// What was looked at misses a threshold that the command line sets.
     BelowThreshold,
+    /// The user interrupted it; what was done so far is written.
+    Interrupted,
 }
 
 /// Does what the command line says.
@@ -48,8 +51,8 @@ pub enum Outcome {
 /// outermost first, make one line: *where: what was found, expected what*.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     match &arguments.command {
-        Command::Render(options) => command::render::run(options).map(|()| Outcome::Done),
-        Command::Swatch(options) => command::swatch::run(options).map(|()| Outcome::Done),
+        Command::Render(options) => command::render::run(options),
+        Command::Swatch(options) => command::swatch::run(options),
         Command::Presets => command::presets::run().map(|()| Outcome::Done),
         Command::Draft(command) => command::draft::run(command),
         Command::Image(command) => command::image::run(command),

@@ -1,6 +1,7 @@
 //! The command line as data.
 
 mod draft;
+mod effort;
 mod image;
 
 use std::path::PathBuf;
@@ -11,15 +12,17 @@ use clap::{
 };
 use thiserror::Error;
 
-pub use self::draft::{
-    ConvertOptions, DraftCommand, DrawdownOptions, Form, InfoOptions, LintOptions, RewriteOptions,
-};
-pub use self::image::{
-    DiffOptions, ImageCommand, PictureConvertOptions, PictureInfoOptions, Target,
+pub use self::{
+    draft::{
+        ConvertOptions, DraftCommand, DrawdownOptions, Form, InfoOptions, LintOptions,
+        RewriteOptions,
+    },
+    effort::{Effort, ProgressForm},
+    image::{DiffOptions, ImageCommand, PictureConvertOptions, PictureInfoOptions, Target},
 };
 use crate::{
     image::Format,
-    render::{film::Size, sampler::MAX_SAMPLES},
+    render::film::{Crop, Size},
     scene::swatch::Light,
 };
 
@@ -42,7 +45,8 @@ pub enum Command {
     /// right and away from the camera. The cloth is 42 cm square, and the draft's own spacing
     /// gives the size of the weave.
     ///
-    /// Exit codes: 0 done, 1 failed, 2 wrong command line. What fails leaves no output behind.
+    /// Exit codes: 0 done, 1 failed, 2 wrong command line, 130 interrupted: then the output shows what
+    /// was drawn so far. What fails leaves no output behind.
     Render(RenderOptions),
 
     /// Draws a small piece of the cloth, flat and from above, so that its threads can be seen
@@ -81,9 +85,14 @@ pub struct RenderOptions {
     #[arg(long, value_name = "WxH", default_value = "960x640")]
     pub size: Size,
 
-    /// Samples per pixel, best a power of two; four times as many halve the noise
-    #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SAMPLES)))]
-    pub spp: u32,
+    /// Draws only the pixels from column X0 and row Y0 up to and without column X1 and row Y1, as they
+    /// are in the whole picture
+    #[arg(long, value_name = "X0,Y0,X1,Y1")]
+    pub cropwindow: Option<Crop>,
+
+    /// How long to draw.
+    #[command(flatten)]
+    pub effort: Effort,
 
     /// Chooses the noise: equal seeds give equal pictures
     #[arg(long, value_name = "N", default_value_t = 0)]

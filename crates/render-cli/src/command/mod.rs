@@ -1,7 +1,9 @@
 //! One module for each subcommand.
 
 pub mod draft;
+mod exposing;
 pub mod image;
 pub mod presets;
+mod progress;
 pub mod render;
 pub mod swatch;

@@ -1,29 +1,30 @@
 //! `selvedge render`: a cloth in the built-in scene.
 
-use std::time::Instant;
+use std::{fmt::Write, time::Instant};
 
 use anyhow::Context;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use rayon::ThreadPoolBuilder;
 
+use super::exposing::{self, Exposing};
 use crate::{
+    Outcome,
     args::RenderOptions,
     fabric, image,
     output::{Destination, tell},
-    render::{self, Settings},
+    render::{View, accumulate::Layers, hash::Fnv, progressive::Stopped},
     scene::{Material, Scene, drape::DEFAULT_SIDE},
 };
 
 /// Renders `options.cloth` into `options.output`.
 ///
-/// Warnings about the draft and the fabric, a progress bar and a summary go to stderr unless
-/// `options.quiet`.
+/// Warnings about the draft and the fabric, progress and a summary go to stderr unless
+/// `options.quiet`. What was drawn when the user interrupts it is written too.
 ///
 /// # Errors
 ///
 /// When the draft or fabric cannot be read or woven, or the output cannot be written; that is found
 /// out before the work is done, and no output is left behind.
-pub fn run(options: &RenderOptions) -> anyhow::Result<()> {
+pub fn run(options: &RenderOptions) -> anyhow::Result<Outcome> {
     draw(options, |cloth| Ok(Scene::built_in(cloth, DEFAULT_SIDE)?))
 }
 
@@ -31,9 +32,10 @@ pub fn run(options: &RenderOptions) -> anyhow::Result<()> {
 pub(super) fn draw(
     options: &RenderOptions,
     scene: impl FnOnce(Material) -> anyhow::Result<Scene> + Send,
-) -> anyhow::Result<()> {
+) -> anyhow::Result<Outcome> {
     let started = Instant::now();
     let destination = Destination::new(&options.output.path)?;
+    let exposing = Exposing::new(options, Layers::None)?;
     let source = fabric::read(&options.cloth)?;
     source.draft().draft()?;
     if !options.quiet {
@@ -47,41 +49,40 @@ pub(super) fn draw(
         .num_threads(options.threads.map_or(0, usize::from))
         .build()
         .context("threads: cannot be started")?;
-    let settings = Settings { size: options.size, spp: options.spp, seed: options.seed };
-    let film = pool.install(|| -> anyhow::Result<_> {
+    let outcome = pool.install(|| -> anyhow::Result<_> {
         let shader = source.shader(&cloth)?;
         if !options.quiet {
             source.warnings(&drawdown, &shader).iter().for_each(tell);
         }
         let scene = scene(Material::cloth(shader))?;
-        let bar = progress_bar(options);
-        let film = render::render(&scene, &settings, || bar.inc(1));
-        bar.finish_and_clear();
-        Ok(film)
+        let key = if exposing.needs_key() { key(&scene, options.seed) } else { 0 };
+        exposing.run(&View::new(&scene, options.size, options.seed, false), key)
     })?;
 
-    let picture = image::encode(&film, options.output.format)?;
+    let picture = image::encode(&outcome.exposed().beauty, options.output.format)?;
     destination.write(|file| file.write_all(&picture))?;
     if !options.quiet {
         tell(format_args!(
-            "{}: {} ends x {} picks, repeat {:.1} x {:.1} mm, {} spp, {:.1} s",
+            "{}: {} ends x {} picks, repeat {:.1} x {:.1} mm, {}, {:.1} s",
             options.output.path.display(),
             drawdown.ends(),
             drawdown.picks(),
             size.x,
             size.y,
-            options.spp,
+            exposing::samples_in_words(&outcome),
             started.elapsed().as_secs_f64()
         ));
     }
-    Ok(())
+    if options.effort.stats {
+        tell(exposing::stats(&outcome));
+    }
+    let is_interrupted = outcome.stopped == Stopped::Interrupted;
+    Ok(if is_interrupted { Outcome::Interrupted } else { Outcome::Done })
 }
 
-/// One step per row; draws nothing where stderr is not a terminal.
-fn progress_bar(options: &RenderOptions) -> ProgressBar {
-    let target =
-        if options.quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
-    let style = ProgressStyle::with_template("{bar:40} {percent:>3} %, {eta} left")
-        .expect("the template names fields of indicatif");
-    ProgressBar::with_draw_target(Some(options.size.height().into()), target).with_style(style)
+/// A hash of all that samples depend on.
+fn key(scene: &Scene, seed: u64) -> u64 {
+    let mut hash = Fnv::default();
+    write!(hash, "{} {seed} {scene:?}", env!("CARGO_PKG_VERSION")).expect("a hash takes all");
+    hash.finish()
 }

@@ -2,6 +2,7 @@
 
 use super::render::draw;
 use crate::{
+    Outcome,
     args::SwatchOptions,
     scene::{Scene, swatch::Swatch},
 };
@@ -11,7 +12,7 @@ use crate::{
 /// # Errors
 ///
 /// As for [`render::run`](super::render::run).
-pub fn run(options: &SwatchOptions) -> anyhow::Result<()> {
+pub fn run(options: &SwatchOptions) -> anyhow::Result<Outcome> {
     let swatch = Swatch { width: options.mm * 1e-3, light: options.light, is_back: options.back };
     draw(&options.render, |cloth| Ok(Scene::swatch(cloth, &swatch)?))
 }
