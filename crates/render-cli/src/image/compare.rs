@@ -3,6 +3,7 @@
 use clap::ValueEnum;
 use glam::Vec3;
 use nv_flip::FlipImageRgb8;
+use rayon::prelude::*;
 use thiserror::Error;
 
 use super::{Layer, Picture, View};
@@ -186,11 +187,35 @@ fn difference(a: Vec3, b: Vec3, relative: bool) -> Vec3 {
     Vec3::from_array(color)
 }
 
+/// Rows that FLIP is computed of at a time, which bounds the memory it takes: 120 bytes a pixel.
+const BAND: usize = 256;
+
+/// Rows on either side that a pixel's FLIP may depend on: more than the radius of its widest
+/// filter, 10 at 67 pixels per degree.
+const MARGIN: usize = 16;
+
 /// LDR-FLIP of each pixel, as a screen shows the pictures in 8 bits.
 fn flip(size: Size, a: (&[Vec3], View), b: (&[Vec3], View)) -> Vec<f32> {
+    let [width, height] = [size.width() as usize, size.height() as usize];
+    let bands: Vec<_> = (0..height.div_ceil(BAND))
+        .into_par_iter()
+        .map(|band| {
+            let [start, end] = [band * BAND, height.min((band + 1) * BAND)];
+            let [from, to] = [start.saturating_sub(MARGIN), height.min(end + MARGIN)];
+            let [a, b] = [a, b].map(|(colors, view)| (&colors[from * width..to * width], view));
+            let errors = flip_whole(size.width(), a, b);
+            errors[(start - from) * width..(end - from) * width].to_vec()
+        })
+        .collect();
+    bands.concat()
+}
+
+/// As [`flip`], of all rows at once.
+fn flip_whole(width: u32, a: (&[Vec3], View), b: (&[Vec3], View)) -> Vec<f32> {
     let [a, b] = [a, b].map(|(colors, view)| {
         let bytes: Vec<u8> = colors.iter().flat_map(|color| view.bytes(*color)).collect();
-        FlipImageRgb8::with_data(size.width(), size.height(), &bytes)
+        let height = colors.len() / width as usize;
+        FlipImageRgb8::with_data(width, height as u32, &bytes)
     });
     nv_flip::flip(b, a, nv_flip::DEFAULT_PIXELS_PER_DEGREE).to_vec()
 }
@@ -264,6 +289,19 @@ mod tests {
             |k: u8| compare(&picture(|_, _| Vec3::splat(0.1 + 0.05 * f32::from(k))), &grey).flip;
         let steps: Vec<_> = (0..9).map(apart).collect();
         assert!(steps.windows(2).all(|pair| pair[0] < pair[1]), "{steps:?}");
+    }
+
+    #[test]
+    fn flip_in_bands_is_flip_of_the_whole() {
+        let size = Size::new(9, 700).unwrap();
+        let noise = |seed: u32| -> Vec<Vec3> {
+            let hash = |k: u32| (k.wrapping_mul(0x9e37_79b1) ^ seed).wrapping_mul(0x85eb_ca6b) >> 8;
+            let value = |k| hash(k) as f32 / (1 << 24) as f32;
+            (0..9 * 700).map(|k| Vec3::new(value(k), value(k + 7000), value(k + 14000))).collect()
+        };
+        let (a, b) = (noise(1), noise(2));
+        let [a, b] = [(a.as_slice(), View::Raw), (b.as_slice(), View::Raw)];
+        assert!(flip(size, a, b) == flip_whole(9, a, b));
     }
 
     #[test]

@@ -622,6 +622,20 @@ pub(super) mod tests {
         }
     }
 
+    #[test]
+    fn tiles_of_a_level_that_is_not_there_are_refused() {
+        let mut bytes = halves(Compression::Uncompressed, Blocks::Tiles(Vec2(2, 2)));
+        // The last tile: two numbers of its place and two of its level, its length, one half.
+        let level = bytes.len() - 2 - 4 - 8;
+        for (x, y) in [(1_i32, 0_i32), (0, 1), (64, 0), (-1, 0)] {
+            bytes[level..level + 4].copy_from_slice(&x.to_le_bytes());
+            bytes[level + 4..level + 8].copy_from_slice(&y.to_le_bytes());
+            let error = decode(&bytes).unwrap_err();
+            let is_told = matches!(error, ExrError::Misplaced | ExrError::Decode(_));
+            assert!(is_told, "{x},{y}: {error:?}");
+        }
+    }
+
     /// The file with the size in its header that `width` and `height` say.
     fn claiming(width: i32, height: i32) -> Vec<u8> {
         let mut bytes = encode(&picture()).unwrap();
