@@ -165,6 +165,21 @@ impl Materials {
         Ok(materials)
     }
 
+    /// Their memory, in bytes. Tables that they share count once.
+    pub(crate) fn bytes(&self) -> usize {
+        let pieces = self.single.iter().map(|material| material.lowered.len()).sum::<usize>();
+        let lowered = size_of::<(f64, Piece<f32>)>() + size_of::<(f64, Piece<f64>)>();
+        let tables = self.single.iter().flat_map(Material::reflectances);
+        let mut tables: Vec<_> = tables.map(|table| (Arc::as_ptr(table), table.bytes())).collect();
+        tables.sort_by_key(|(at, _)| at.addr());
+        tables.dedup_by_key(|(at, _)| at.addr());
+        size_of_val(self.kinds.as_slice())
+            + size_of_val(self.single.as_slice())
+            + size_of_val(self.double.as_slice())
+            + pieces * lowered
+            + tables.iter().map(|(_, bytes)| bytes).sum::<usize>()
+    }
+
     /// Records that segments are too short for their yarn's u_max, or refuses them.
     fn note_steep(
         &mut self,
@@ -195,6 +210,12 @@ impl Materials {
 }
 
 impl<R> Material<R> {
+    /// The tables of all its pieces.
+    fn reflectances(&self) -> impl Iterator<Item = &Arc<Reflectance>> {
+        let lowered = self.lowered.iter().map(|(_, piece)| &piece.reflectance);
+        [&self.bent.1.reflectance, &self.straight.reflectance].into_iter().chain(lowered)
+    }
+
     /// The piece for a segment of the shape `ratio` = w/l.
     #[inline]
     pub(crate) fn piece(&self, is_straight: bool, ratio: f64) -> &Piece<R> {

@@ -188,6 +188,11 @@ impl Reflectance {
         reflectance
     }
 
+    /// Its memory, in bytes.
+    pub(crate) fn bytes(&self) -> usize {
+        size_of::<Self>() + size_of_val(self.table.as_slice())
+    }
+
     /// 1/factor for the shape `ratio` = w/l.
     #[inline(always)]
     pub(crate) fn divisor<R: Real>(&self, ratio: R) -> R {

@@ -199,6 +199,12 @@ impl Shader {
         opacity.unwrap_or(0.0)
     }
 
+    /// The memory that the cloth takes, in bytes: 8 for each crossing, 2 for each thread, and some 20 kB
+    /// for each type of yarn, more where its pieces differ in shape.
+    pub fn bytes(&self) -> usize {
+        size_of::<Self>() + self.weave.bytes() + self.threads.bytes() + self.materials.bytes()
+    }
+
     /// Whether something may show between the yarns: if not, no [`Shader::opacity`] is that of a gap.
     pub fn has_gaps(&self) -> bool {
         self.threads.have_gaps()

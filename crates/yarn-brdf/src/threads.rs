@@ -64,6 +64,16 @@ impl Threads {
         Self { end_yarns: cloth.end_yarns.clone(), pick_yarns: cloth.pick_yarns.clone(), fill }
     }
 
+    /// The memory of the threads, in bytes.
+    pub(crate) fn bytes(&self) -> usize {
+        let types = match &self.fill {
+            Fill::Touching => 0,
+            Fill::Constant(sizes) => size_of_val(sizes.as_slice()),
+            Fill::Varying { types, .. } => size_of_val(types.as_slice()),
+        };
+        types + size_of_val(self.end_yarns.as_slice()) + size_of_val(self.pick_yarns.as_slice())
+    }
+
     /// Whether anything shows between the threads.
     pub(crate) fn have_gaps(&self) -> bool {
         !matches!(self.fill, Fill::Touching)

@@ -21,9 +21,9 @@ pub use self::{
     image::{DiffOptions, ImageCommand, PictureConvertOptions, PictureInfoOptions, Target},
 };
 use crate::{
-    image::Format,
+    image::{Format, View},
     render::film::{Crop, Size},
-    scene::swatch::Light,
+    scene::{MAX_DEPTH, source::Setting, swatch::Light},
 };
 
 /// Renders woven cloth from a weaver's draft.
@@ -45,9 +45,11 @@ pub enum Command {
     /// right and away from the camera. The cloth is 42 cm square, and the draft's own spacing
     /// gives the size of the weave.
     ///
+    /// A scene (JSON, or scene:NAME) stands for itself: camera, lights and all.
+    ///
     /// Exit codes: 0 done, 1 failed, 2 wrong command line, 130 interrupted: then the output shows what
     /// was drawn so far. What fails leaves no output behind.
-    Render(RenderOptions),
+    Render(RenderCommand),
 
     /// Draws a small piece of the cloth, flat and from above, so that its threads can be seen
     ///
@@ -71,19 +73,48 @@ pub enum Command {
 
 /// Arguments of `selvedge render`.
 #[derive(Clone, Debug, Args)]
-pub struct RenderOptions {
-    /// The cloth: a draft (WIF), a fabric (JSON, which names a draft) or preset:NAME; - reads standard
-    /// input
-    #[arg(value_name = "CLOTH")]
-    pub cloth: PathBuf,
+pub struct RenderCommand {
+    /// What is drawn how well.
+    #[command(flatten)]
+    pub render: RenderOptions,
 
-    /// Where the picture goes: .png (sRGB) or .exr (linear radiance)
+    /// What is woven in a scene in place of its own cloths: a draft, a fabric or preset:NAME
+    #[arg(long, value_name = "CLOTH")]
+    pub cloth: Option<PathBuf>,
+
+    /// Sets a part of a scene, as in film.size=[640,480] or lights.0.quad.radiance=20
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    pub settings: Vec<Setting>,
+
+    /// Surfaces after which a path ends, 1 to 256: 1 shows what lamps light alone [default: the
+    /// scene's]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_DEPTH)))]
+    pub depth: Option<u32>,
+}
+
+/// Arguments of whatever renders.
+#[derive(Clone, Debug, Args)]
+pub struct RenderOptions {
+    /// What is drawn: a draft (WIF), a fabric (JSON, which names a draft) or preset:NAME; - reads
+    /// standard input
+    #[arg(value_name = "CLOTH")]
+    pub input: PathBuf,
+
+    /// Where the picture goes: .png (sRGB) or .exr (linear radiance, and layers of what is seen)
     #[arg(short, long, value_name = "FILE", value_parser = PathBufValueParser::new().try_map(Output::new))]
     pub output: Output,
 
-    /// Width and height in pixels, at most 67108864 pixels
-    #[arg(long, value_name = "WxH", default_value = "960x640")]
-    pub size: Size,
+    /// Width and height in pixels, at most 67108864 pixels [default: the scene's, else 960x640]
+    #[arg(long, value_name = "WxH")]
+    pub size: Option<Size>,
+
+    /// Stops by which the picture is brighter
+    #[arg(long, value_name = "EV", default_value_t = 0.0, allow_negative_numbers = true, value_parser = exposure)]
+    pub exposure: f32,
+
+    /// How a PNG shows radiance
+    #[arg(long, value_enum, default_value_t = View::Srgb)]
+    pub view: View,
 
     /// Draws only the pixels from column X0 and row Y0 up to and without column X1 and row Y1, as they
     /// are in the whole picture
@@ -125,6 +156,11 @@ pub struct SwatchOptions {
     /// The other face, turned over like a page: end 1 is at the right
     #[arg(long)]
     pub back: bool,
+}
+
+fn exposure(text: &str) -> Result<f32, String> {
+    let stops = text.parse().ok().filter(|stops| (-20.0..=20.0).contains(stops));
+    stops.ok_or_else(|| "expected a number from -20 to 20".to_owned())
 }
 
 fn width_mm(text: &str) -> Result<f32, String> {

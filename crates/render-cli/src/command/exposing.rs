@@ -19,7 +19,7 @@ use crate::{
         accumulate::{Accumulator, Layers},
         checkpoint,
         exposure::Expose,
-        film::Frame,
+        film::{Frame, Size},
         progressive::{self, Control, Outcome, Plan, Save, Stopped},
     },
 };
@@ -37,10 +37,14 @@ impl<'a> Exposing<'a> {
     /// # Errors
     ///
     /// When the crop is not within the picture, or checkpoints cannot be written.
-    pub(super) fn new(options: &'a RenderOptions, layers: Layers) -> anyhow::Result<Self> {
+    pub(super) fn new(
+        options: &'a RenderOptions,
+        size: Size,
+        layers: Layers,
+    ) -> anyhow::Result<Self> {
         let frame = match options.cropwindow {
-            Some(crop) => Frame::cropped(options.size, crop).context("--cropwindow")?,
-            None => Frame::whole(options.size),
+            Some(crop) => Frame::cropped(size, crop).context("--cropwindow")?,
+            None => Frame::whole(size),
         };
         let effort = &options.effort;
         let output = &options.output.path;

@@ -1,42 +1,76 @@
-//! `selvedge render`: a cloth in the built-in scene.
+//! `selvedge render`: a scene, or a cloth in the built-in one.
 
-use std::{fmt::Write, time::Instant};
+use std::{
+    fmt::Write,
+    path::Path,
+    time::{Duration, Instant},
+};
 
 use anyhow::Context;
 use rayon::ThreadPoolBuilder;
+use selvedge_yarn_brdf::Shader;
 
 use super::exposing::{self, Exposing};
 use crate::{
     Outcome,
-    args::RenderOptions,
-    fabric, image,
+    args::{RenderCommand, RenderOptions},
+    fabric,
+    image::{Format, Picture, Value},
     output::{Destination, tell},
-    render::{View, accumulate::Layers, hash::Fnv, progressive::Stopped},
-    scene::{Material, Scene, drape::DEFAULT_SIDE},
+    render::{View, accumulate::Layers, film::Size, hash::Fnv, progressive::Stopped},
+    scene::{
+        Material, Scene,
+        drape::DEFAULT_SIDE,
+        file::SceneFile,
+        source::{self, Source},
+    },
 };
 
-/// Renders `options.cloth` into `options.output`.
+/// Renders what `command` names into its output.
 ///
-/// Warnings about the draft and the fabric, progress and a summary go to stderr unless
-/// `options.quiet`. What was drawn when the user interrupts it is written too.
+/// Warnings, progress and a summary go to stderr unless it is to be quiet. What was drawn when the
+/// user interrupts it is written too.
 ///
 /// # Errors
 ///
-/// When the draft or fabric cannot be read or woven, or the output cannot be written; that is found
-/// out before the work is done, and no output is left behind.
-pub fn run(options: &RenderOptions) -> anyhow::Result<Outcome> {
-    draw(options, |cloth| Ok(Scene::built_in(cloth, DEFAULT_SIDE)?))
+/// When the input cannot be read or is not sound, or the output cannot be written; that is found out
+/// before the work is done, and no output is left behind.
+pub fn run(command: &RenderCommand) -> anyhow::Result<Outcome> {
+    let started = Instant::now();
+    let options = &command.render;
+    match source::read(&options.input, &command.settings)? {
+        Source::Cloth(_) => {
+            if command.cloth.is_some() {
+                anyhow::bail!(
+                    "{}: found a cloth, expected a scene, in which --cloth is woven",
+                    options.input.display()
+                );
+            }
+            draw_cloth(options, started, |cloth| {
+                let mut scene = Scene::built_in(cloth, DEFAULT_SIDE)?;
+                scene.depth = command.depth.unwrap_or(scene.depth);
+                Ok(scene)
+            })
+        }
+        Source::Scene(file, folder) => {
+            let mut file = *file;
+            if let Some(size) = options.size {
+                file.film.size = [size.width(), size.height()];
+            }
+            file.depth = command.depth.unwrap_or(file.depth);
+            draw_scene(options, started, &file, &folder, command.cloth.as_deref())
+        }
+    }
 }
 
-/// As [`run`], in the scene that `scene` makes of the cloth.
-pub(super) fn draw(
+/// Renders the cloth that `options` name in the scene that `scene` makes of it.
+pub(super) fn draw_cloth(
     options: &RenderOptions,
+    started: Instant,
     scene: impl FnOnce(Material) -> anyhow::Result<Scene> + Send,
 ) -> anyhow::Result<Outcome> {
-    let started = Instant::now();
-    let destination = Destination::new(&options.output.path)?;
-    let exposing = Exposing::new(options, Layers::None)?;
-    let source = fabric::read(&options.cloth)?;
+    let drawing = Drawing::new(options, options.size.unwrap_or_default())?;
+    let source = fabric::read(&options.input)?;
     source.draft().draft()?;
     if !options.quiet {
         source.draft().warnings().for_each(tell);
@@ -44,40 +78,126 @@ pub(super) fn draw(
     let drawdown = source.draft().drawdown()?;
     let cloth = source.cloth(&drawdown)?;
     let size = cloth.size() * 1e3;
-
-    let pool = ThreadPoolBuilder::new()
-        .num_threads(options.threads.map_or(0, usize::from))
-        .build()
-        .context("threads: cannot be started")?;
-    let outcome = pool.install(|| -> anyhow::Result<_> {
+    let what = format!(
+        "{} ends x {} picks, repeat {:.1} x {:.1} mm",
+        drawdown.ends(),
+        drawdown.picks(),
+        size.x,
+        size.y
+    );
+    drawing.run(started, &what, || {
         let shader = source.shader(&cloth)?;
         if !options.quiet {
             source.warnings(&drawdown, &shader).iter().for_each(tell);
         }
-        let scene = scene(Material::cloth(shader))?;
-        let key = if exposing.needs_key() { key(&scene, options.seed) } else { 0 };
-        exposing.run(&View::new(&scene, options.size, options.seed, false), key)
-    })?;
+        scene(Material::cloth(shader))
+    })
+}
 
-    let picture = image::encode(&outcome.exposed().beauty, options.output.format)?;
-    destination.write(|file| file.write_all(&picture))?;
-    if !options.quiet {
-        tell(format_args!(
-            "{}: {} ends x {} picks, repeat {:.1} x {:.1} mm, {}, {:.1} s",
-            options.output.path.display(),
-            drawdown.ends(),
-            drawdown.picks(),
-            size.x,
-            size.y,
-            exposing::samples_in_words(&outcome),
-            started.elapsed().as_secs_f64()
-        ));
+fn draw_scene(
+    options: &RenderOptions,
+    started: Instant,
+    file: &SceneFile,
+    folder: &Path,
+    cloth: Option<&Path>,
+) -> anyhow::Result<Outcome> {
+    let [width, height] = file.film.size;
+    let drawing = Drawing::new(options, Size::new(width, height)?)?;
+    drawing.run(started, &format!("{width} x {height} pixels"), || {
+        let name = || options.input.display().to_string();
+        let built = file.build(folder, cloth).with_context(name)?;
+        if !options.quiet {
+            built.warnings.iter().for_each(tell);
+        }
+        Ok(built.scene)
+    })
+}
+
+/// A picture on its way.
+struct Drawing<'a> {
+    options: &'a RenderOptions,
+    destination: Destination,
+    exposing: Exposing<'a>,
+    size: Size,
+    layers: Layers,
+}
+
+impl<'a> Drawing<'a> {
+    fn new(options: &'a RenderOptions, size: Size) -> anyhow::Result<Self> {
+        let layers = match options.output.format {
+            Format::Exr => Layers::All,
+            Format::Png => Layers::None,
+        };
+        Ok(Self {
+            options,
+            destination: Destination::new(&options.output.path)?,
+            exposing: Exposing::new(options, size, layers)?,
+            size,
+            layers,
+        })
     }
-    if options.effort.stats {
-        tell(exposing::stats(&outcome));
+
+    /// Draws the scene that `scene` builds, on the threads that are asked for.
+    fn run(
+        self,
+        started: Instant,
+        what: &str,
+        scene: impl FnOnce() -> anyhow::Result<Scene> + Send,
+    ) -> anyhow::Result<Outcome> {
+        let Self { options, destination, exposing, size, layers } = self;
+        let pool = ThreadPoolBuilder::new()
+            .num_threads(options.threads.map_or(0, usize::from))
+            .build()
+            .context("threads: cannot be started")?;
+        let (outcome, metadata, cloth_bytes) = pool.install(|| -> anyhow::Result<_> {
+            let scene = scene()?;
+            let key = if exposing.needs_key() { key(&scene, options.seed) } else { 0 };
+            let view = View::new(&scene, size, options.seed, layers == Layers::All);
+            let metadata = metadata(&scene, options.seed);
+            let cloths = scene.shaders().map(Shader::bytes);
+            Ok((exposing.run(&view, key)?, metadata, cloths.collect::<Vec<_>>()))
+        })?;
+
+        let mut picture = Picture::from_exposed(&outcome.exposed());
+        if options.exposure != 0.0 {
+            picture.scale(options.exposure.exp2());
+        }
+        picture.view = options.view;
+        picture.metadata = metadata;
+        picture.metadata.push(("spp".to_owned(), Value::Real(outcome.spp_mean)));
+        let bytes = picture.encode(options.output.format)?;
+        destination.write(|file| file.write_all(&bytes))?;
+        if !options.quiet {
+            tell(format_args!(
+                "{}: {what}, {}, {:.1} s",
+                options.output.path.display(),
+                exposing::samples_in_words(&outcome),
+                Duration::as_secs_f64(&started.elapsed())
+            ));
+        }
+        if options.effort.stats {
+            tell(exposing::stats(&outcome));
+            for bytes in cloth_bytes {
+                tell(format_args!("{:<12}{:.1} kB", "cloth", bytes as f64 * 1e-3));
+            }
+        }
+        let is_interrupted = outcome.stopped == Stopped::Interrupted;
+        Ok(if is_interrupted { Outcome::Interrupted } else { Outcome::Done })
     }
-    let is_interrupted = outcome.stopped == Stopped::Interrupted;
-    Ok(if is_interrupted { Outcome::Interrupted } else { Outcome::Done })
+}
+
+/// What a picture tells of how it was made, so that it can be made again.
+fn metadata(scene: &Scene, seed: u64) -> Vec<(String, Value)> {
+    let mut metadata = vec![
+        ("software".to_owned(), Value::Text(format!("selvedge {}", env!("CARGO_PKG_VERSION")))),
+        ("seed".to_owned(), Value::Text(seed.to_string())),
+    ];
+    for (index, shader) in scene.shaders().enumerate() {
+        let factors = (0..).map_while(|yarn| shader.normalization(yarn));
+        let factors = factors.flat_map(|both| both.map(|of_shape| of_shape.factor as f32));
+        metadata.push((format!("normalization {index}"), Value::List(factors.collect())));
+    }
+    metadata
 }
 
 /// A hash of all that samples depend on.

@@ -3,7 +3,7 @@
 use glam::{Vec2, Vec3};
 
 use super::View;
-use crate::render::film::{Film, Size};
+use crate::render::film::{Exposed, Film, Size, Values};
 
 /// A picture of one or more layers that all have its size.
 #[derive(Clone, Debug, PartialEq)]
@@ -70,6 +70,25 @@ impl Picture {
     pub fn from_film(film: &Film) -> Self {
         let mut picture = Self::new(film.size());
         picture.push(Layer::colors("", film.pixels()));
+        picture
+    }
+
+    /// The picture of what was exposed, the part within its crop, with all its layers.
+    pub fn from_exposed(exposed: &Exposed) -> Self {
+        let mut picture = Self::from_film(&exposed.beauty);
+        for plane in &exposed.planes {
+            let samples = match &plane.values {
+                Values::F32(values) => Samples::F32(values.clone()),
+                Values::U32(values) => Samples::U32(values.clone()),
+            };
+            let channel = Channel { name: plane.channel.to_owned(), samples };
+            match picture.layers.iter_mut().find(|layer| layer.name == plane.layer) {
+                Some(layer) => layer.channels.push(channel),
+                None => {
+                    picture.push(Layer { name: plane.layer.to_owned(), channels: vec![channel] });
+                }
+            }
+        }
         picture
     }
 

@@ -57,6 +57,13 @@ impl Size {
     }
 }
 
+impl Default for Size {
+    /// 960 × 640.
+    fn default() -> Self {
+        Self { width: 960, height: 640 }
+    }
+}
+
 impl FromStr for Size {
     type Err = SizeError;
 

@@ -109,7 +109,7 @@ mod tests {
             let plan = Plan { frame: Frame::whole(size), layers: Layers::None, limits, key: 0 };
             let interrupt = AtomicBool::new(false);
             let control = Control { interrupt: &interrupt, watch: &|_| {}, save: None };
-            let outcome = expose(&View::new(&scene, size, 3), &plan, &control);
+            let outcome = expose(&View::new(&scene, size, 3, false), &plan, &control);
             assert!(outcome.exposed().beauty == plain, "{spp} spp");
         }
     }

@@ -172,6 +172,23 @@ impl Scene {
         &self.surfaces[hit.mesh as usize]
     }
 
+    /// The cloths that are woven in it, each once.
+    pub fn shaders(&self) -> impl Iterator<Item = &Shader> {
+        let shader = |surface: &Surface| match &surface.material {
+            Material::Cloth { shader, .. } => Some(Arc::as_ptr(shader)),
+            Material::Matte(_) | Material::Standard { .. } => None,
+        };
+        let all: Vec<_> = self.surfaces.iter().map(shader).collect();
+        self.surfaces.iter().enumerate().filter_map(move |(index, surface)| {
+            match &surface.material {
+                Material::Cloth { shader, .. } if !all[..index].contains(&all[index]) => {
+                    Some(&**shader)
+                }
+                _ => None,
+            }
+        })
+    }
+
     /// Shapes of all surfaces, without their gaps.
     pub fn geometry(&self) -> &Geometry {
         &self.geometry

@@ -145,6 +145,11 @@ impl Weave {
         [self.periods[0].wrap(cell[0]), self.periods[1].wrap(cell[1])]
     }
 
+    /// The memory of the table, in bytes.
+    pub(crate) fn bytes(&self) -> usize {
+        size_of_val(self.crossings.as_slice())
+    }
+
     /// The index of the crossing of an end and a pick.
     #[inline]
     fn index(&self, [end, pick]: [u32; 2]) -> usize {
