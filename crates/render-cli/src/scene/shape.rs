@@ -3,14 +3,12 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::{DVec2, DVec3};
-use serde::Deserialize;
 use thiserror::Error;
 
 use super::mesh::{self, Mesh, MeshError};
 
 /// A shape in metres around the origin, to be placed by [`Mesh::transformed`].
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shape {
     /// A rectangle at z = 0 that faces +z. u runs along x and v along y, both from 0 at the lower
     /// left corner: isometric.
@@ -300,14 +298,5 @@ mod tests {
             assert!(shape.mesh().unwrap().area() > 0.0, "{shape:?}");
             assert!(Shape::Sphere { radius: size }.mesh().unwrap().area() > 0.0, "{size}");
         }
-    }
-
-    #[test]
-    fn shapes_read_as_json() {
-        let read = serde_json::from_str::<Shape>;
-        let sphere = read(r#"{"sphere": {"radius": 2}}"#).unwrap();
-        assert_eq!(sphere, Shape::Sphere { radius: 2.0 });
-        assert_eq!(read("\"sheet\"").unwrap(), Shape::Sheet);
-        assert!(read(r#"{"sphere": {"radius": 2, "radios": 2}}"#).is_err());
     }
 }

@@ -95,9 +95,10 @@ impl UvReport {
             ));
         }
         if (median - 1.0).abs() > STRETCH {
+            let median = three_digits(median);
             warnings.push(format!(
-                "uv: found 1 unit to span {median:.3} m on the surface (median), expected 1 m: \
-                 the cloth is drawn at {median:.3} times its size; give uv_scale {median:.3}"
+                "uv: found 1 unit to span {median} m on the surface (median), expected 1 m: the \
+                 cloth is drawn at {median} times its size; give uv_scale {median}"
             ));
         }
         let (least, most) = (least / median, most / median);
@@ -118,6 +119,12 @@ impl UvReport {
         }
         warnings
     }
+}
+
+/// A positive number to three digits or more.
+fn three_digits(number: f64) -> String {
+    let digits = (2.0 - number.log10().floor()).max(0.0) as usize;
+    format!("{number:.digits$}")
 }
 
 /// [`mesh::tangents`], unless the triangle has no area in uv but for rounding.
@@ -209,6 +216,10 @@ mod tests {
         let message = "uv: found 1 unit to span 0.250 m on the surface (median), expected 1 m: \
                        the cloth is drawn at 0.250 times its size; give uv_scale 0.250";
         assert_eq!(warnings(Mat2::from_diagonal(Vec2::splat(4.0))), [message]);
+        let found = warnings(Mat2::from_diagonal(Vec2::splat(32768.0)));
+        assert!(found[0].ends_with("give uv_scale 0.0000305"), "{found:?}");
+        let found = warnings(Mat2::from_diagonal(Vec2::splat(1.0 / 64.0)));
+        assert!(found[0].ends_with("give uv_scale 64.0"), "{found:?}");
         assert_eq!(warnings(Mat2::from_diagonal(Vec2::splat(4.0)) * 0.25), [""; 0]);
         assert_eq!(warnings(Mat2::from_diagonal(Vec2::splat(1.05))), [""; 0]);
     }
