@@ -206,7 +206,7 @@ fn interrupted_work_is_written_and_can_be_gone_on_with() {
     let options = "--size 160x100 -q --noise 0.02 --spp 24";
     told(folder, &format!("render plain.wif -o straight.exr {options}"));
     let mut child =
-        command(folder, &format!("render plain.wif -o out.png {options} --progress json"))
+        command(folder, &format!("render plain.wif -o out.exr {options} --progress json"))
             .args(["--checkpoint", "1h", "--checkpoint-file", "state"])
             .stderr(Stdio::piped())
             .spawn()
@@ -220,9 +220,9 @@ fn interrupted_work_is_written_and_can_be_gone_on_with() {
     assert!(killed.success());
     while stderr.read_line(&mut line).unwrap() > 0 {}
     assert_eq!(child.wait().unwrap().code(), Some(130), "{line}");
-    let picture = image::load_from_memory(&bytes(folder, "out.png")).unwrap().into_rgb8();
-    assert_eq!(picture.dimensions(), (160, 100));
-    assert!(picture.pixels().any(|pixel| pixel.0 != [0; 3]), "nothing was drawn");
+    let picture = selvedge_cli::image::decode(&bytes(folder, "out.exr")).unwrap();
+    assert_eq!([picture.size().width(), picture.size().height()], [160, 100]);
+    assert!(picture.to_colors().iter().any(|color| color.x > 0.0), "nothing was drawn");
     told(folder, &format!("render plain.wif -o resumed.exr {options} --resume state"));
     assert!(bytes(folder, "resumed.exr") == bytes(folder, "straight.exr"));
 }
