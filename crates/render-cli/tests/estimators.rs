@@ -11,6 +11,7 @@ use selvedge_cli::{
         drape::{CameraPlacement, RectangleLight},
         light::{AreaLight, Constant, Light, Quad, Sphere},
         mesh::Mesh,
+        shape::Shape,
     },
 };
 
@@ -65,6 +66,25 @@ fn mean(scene: &Scene) -> (DVec3, DVec3) {
         variance += squares / f64::from(SPP * (SPP - 1)) / (pixels * pixels);
     }
     (mean, variance.map(f64::sqrt))
+}
+
+#[test]
+fn white_ball_in_a_white_sky_is_white() {
+    let mesh = Shape::Sphere { radius: 0.02 }.mesh().unwrap();
+    let surfaces = vec![Surface { mesh, material: Material::Matte(Vec3::ONE) }];
+    let camera = CameraPlacement {
+        position: Vec3::new(0.0, -0.1, 0.1),
+        target: Vec3::ZERO,
+        up: Vec3::Z,
+        horizontal_fov: 0.2,
+    };
+    let lights = vec![Light::Constant(Constant { radiance: Vec3::ONE })];
+    let mut scene = Scene::new(surfaces, camera, lights, 4).unwrap();
+    for estimator in [Estimator::Both, Estimator::Lights, Estimator::Directions] {
+        scene.estimator = estimator;
+        let (found, deviation) = mean(&scene);
+        assert!(found.abs_diff_eq(DVec3::ONE, 2e-3), "{estimator:?}: {found} ± {deviation}");
+    }
 }
 
 #[test]

@@ -3,7 +3,8 @@
 use glam::{Vec2, Vec3};
 
 use super::View;
-use crate::render::film::{Exposed, Film, Size, Values};
+pub use crate::render::film::Values as Samples;
+use crate::render::film::{Exposed, Film, Size};
 
 /// A picture of one or more layers that all have its size.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,15 +34,6 @@ pub struct Channel {
     pub name: String,
     /// The numbers, row after row from the top, each from left to right.
     pub samples: Samples,
-}
-
-/// Numbers of one type.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Samples {
-    /// Quantities.
-    F32(Vec<f32>),
-    /// Numbers of things.
-    U32(Vec<u32>),
 }
 
 /// Something said about a picture.
@@ -77,10 +69,7 @@ impl Picture {
     pub fn from_exposed(exposed: &Exposed) -> Self {
         let mut picture = Self::from_film(&exposed.beauty);
         for plane in &exposed.planes {
-            let samples = match &plane.values {
-                Values::F32(values) => Samples::F32(values.clone()),
-                Values::U32(values) => Samples::U32(values.clone()),
-            };
+            let samples = plane.values.clone();
             let channel = Channel { name: plane.channel.to_owned(), samples };
             match picture.layers.iter_mut().find(|layer| layer.name == plane.layer) {
                 Some(layer) => layer.channels.push(channel),
