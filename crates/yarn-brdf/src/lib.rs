@@ -128,3 +128,8 @@ pub use weave::{
     Touching, Weave, WeaveError,
 };
 pub use yarn::{Diffuse, FILAMENT_PSI, FILAMENT_U_MAX, Highlight, Noise, Yarn};
+
+/// The README, whose example is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
