@@ -11,11 +11,12 @@ pub(crate) fn parse<T: DeserializeOwned>(
     text: &[u8],
     more: &dyn Fn(&[&str]) -> &'static [&'static str],
 ) -> Result<T, String> {
-    serde_json::from_slice(text).map_err(|error| describe(&error, more))
+    serde_json::from_slice(text).map_err(|error| describe(text, &error, more))
 }
 
-/// The error as `line 3, column 7: found, expected`.
+/// The error in `json` as `line 3, column 7: found, expected`.
 fn describe(
+    json: &[u8],
     error: &serde_json::Error,
     more: &dyn Fn(&[&str]) -> &'static [&'static str],
 ) -> String {
@@ -36,21 +37,73 @@ fn describe(
         format!("found {found:?} a second time, expected it once")
     } else if error.is_eof() {
         "found the end of the file, expected more".to_owned()
+    } else if error.is_syntax() {
+        syntax(json, (line, column), text)
     } else {
-        let text = text.strip_prefix("invalid type: ").unwrap_or(text);
-        let text = text.strip_prefix("invalid value: ").unwrap_or(text);
-        let mut text = text.replace('`', "");
-        for (of_rust, plain) in [
-            ("f64", "a number"),
-            ("f32", "a number"),
-            ("u32", "a whole number"),
-            ("u64", "a whole number"),
-        ] {
-            text = text.replace(&format!("expected {of_rust}"), &format!("expected {plain}"));
-        }
-        text
+        in_plain_words(text)
     };
-    format!("line {line}, column {column}: {what}")
+    format!("line {line}, column {}: {what}", column.max(1))
+}
+
+/// What is no JSON at a line and a column, both from 1, of which the parser says `text`.
+fn syntax(json: &[u8], (line, column): (usize, usize), text: &str) -> String {
+    let start = json.split_inclusive(|&byte| byte == b'\n').take(line.saturating_sub(1));
+    let place = start.map(<[u8]>::len).sum::<usize>() + column.saturating_sub(1);
+    let (before, after) = json.split_at(place.min(json.len()));
+    let after = String::from_utf8_lossy(&after[..after.len().min(8)]);
+    let found = after.chars().next().map_or_else(String::new, |c| format!("{:?}", c.to_string()));
+    match text {
+        // As serde names what it takes: by a key alone, where the parser stops before the comma.
+        "expected value"
+            if after.chars().skip(1).find(|c| !c.is_whitespace()) == Some(',')
+                && !before.trim_ascii_end().ends_with(b":") =>
+        {
+            "found a second key, expected one alone".to_owned()
+        }
+        "expected value" => format!("found {found}, expected a value"),
+        "trailing characters" => format!("found {found}, expected the end of the list or the file"),
+        "trailing comma" => "found a comma at the end, expected none".to_owned(),
+        "number out of range" => "found a number out of range, expected one below 1e308".to_owned(),
+        _ => match text.strip_prefix("expected ") {
+            Some(expected) => format!("found {found}, expected {}", expected.replace('`', "\"")),
+            None => format!("found {found} ({text}), expected JSON"),
+        },
+    }
+}
+
+/// What serde says of a value, without the names that Rust has for it.
+fn in_plain_words(text: &str) -> String {
+    if text.starts_with("invalid type: unit variant") {
+        return "found a name alone, expected it as a key, with an object of what belongs to it"
+            .to_owned();
+    }
+    let text = text.strip_prefix("invalid type: ").unwrap_or(text);
+    let text = text.strip_prefix("invalid value: ").unwrap_or(text);
+    let (found, expected) = text.split_once(", expected ").unwrap_or((text, "another value"));
+    let found = match found.strip_prefix("invalid length ") {
+        Some(count) => format!("a list of {count}"),
+        None => found.replace('`', ""),
+    };
+    let found = match found.strip_prefix("floating point ") {
+        Some(number) => format!("number {number}"),
+        None => found,
+    };
+    let found = match found.strip_prefix("found ").unwrap_or(&found) {
+        "sequence" => "a list",
+        "map" => "an object",
+        found => found,
+    };
+    let expected = match expected {
+        "f64" | "f32" => "a number",
+        "u32" | "u64" => "a whole number, 0 or greater",
+        "a sequence of 3 f32 values" => "a list of 3 numbers",
+        "an array of length 2" => "a list of 2 numbers",
+        "an array of length 4" => "a list of 4 numbers",
+        "a sequence" => "a list",
+        expected if expected.starts_with("struct ") => "an object",
+        expected => expected,
+    };
+    format!("found {found}, expected {}", expected.replace('`', ""))
 }
 
 /// The known name that `found` is most likely to mean, or all.

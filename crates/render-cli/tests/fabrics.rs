@@ -124,7 +124,10 @@ fn what_is_wrong_with_a_fabric_is_told_in_one_line() {
             with("").replace("plain", "plane"),
             "fabrics/a.json: draft: fabrics/../drafts/plane.wif: no such file",
         ),
-        (with("").replace("1,", "2,"), "fabrics/a.json: line 1, column 13: version 2, expected 1"),
+        (
+            with("").replace("1,", "2,"),
+            "fabrics/a.json: line 1, column 13: found version 2, expected 1",
+        ),
         (
             "{\"version\": 1, \"draft\": {\"wif\": \"\"}}".to_owned(),
             "fabrics/a.json: draft: file: nothing in it, expected the sections of a draft\n       \

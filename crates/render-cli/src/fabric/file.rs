@@ -213,12 +213,15 @@ mod tests {
     #[test]
     fn what_is_wrong_is_told_with_its_line() {
         let cases = [
-            ("", "line 1, column 0: found the end of the file, expected more"),
-            ("[]", "line 1, column 0: sequence, expected an object, a fabric"),
+            ("", "line 1, column 1: found the end of the file, expected more"),
+            ("[]", "line 1, column 1: found a list, expected an object, a fabric"),
             ("{\n}", "line 2, column 1: found no \"version\", expected one"),
             ("{\"version\": 1}", "line 1, column 14: found no \"draft\", expected one"),
-            ("{\"version\": 2", "line 1, column 13: version 2, expected 1"),
-            ("{\"version\": \"1\"", "line 1, column 15: string \"1\", expected a whole number"),
+            ("{\"version\": 2", "line 1, column 13: found version 2, expected 1"),
+            (
+                "{\"version\": \"1\"",
+                "line 1, column 15: found string \"1\", expected a whole number, 0 or greater",
+            ),
             (
                 "{\"version\": 1, \"version\": 1",
                 "line 1, column 27: found \"version\" a second time, expected it once",
@@ -240,21 +243,30 @@ mod tests {
                 "{\"overrides\": [{\"weft\": true",
                 "line 1, column 22: unknown key \"weft\", expected one of warp, color, threads, yarn",
             ),
-            ("{\"yarn\": {\"psi\": \"Z\"", "line 1, column 20: string \"Z\", expected a number"),
+            (
+                "{\"yarn\": {\"psi\": \"Z\"",
+                "line 1, column 20: found string \"Z\", expected a number",
+            ),
             (
                 "{\"yarn\": {\"color\": \"red\"",
-                "line 1, column 24: color \"red\", expected \"#rrggbb\"",
+                "line 1, column 24: found color \"red\", expected \"#rrggbb\"",
             ),
             (
                 "{\"yarn\": {\"color\": [1, 2]",
-                "line 1, column 25: invalid length 2, expected a color: [red, green, blue], a number or \"#rrggbb\"",
+                "line 1, column 25: found a list of 2, expected a color: [red, green, blue], a number or \"#rrggbb\"",
             ),
             (
                 "{\"draft\": 3",
-                "line 1, column 11: integer 3, expected the path of a draft or {\"wif\": \"its text\"}",
+                "line 1, column 11: found integer 3, expected the path of a draft or {\"wif\": \"its text\"}",
             ),
-            ("{\"yarn\": 3", "line 1, column 10: integer 3, expected an object of parameters"),
-            ("{\"scale\": 1e999", "line 1, column 15: number out of range"),
+            (
+                "{\"yarn\": 3",
+                "line 1, column 10: found integer 3, expected an object of parameters",
+            ),
+            (
+                "{\"scale\": 1e999",
+                "line 1, column 15: found a number out of range, expected one below 1e308",
+            ),
         ];
         for (text, expected) in cases {
             assert_eq!(parse(text.as_bytes()).unwrap_err(), expected, "{text}");

@@ -16,6 +16,7 @@ use self::{
 use crate::{
     draft::{self, DraftError, DraftFile},
     json,
+    scene::source::is_scene,
 };
 
 /// A draft, and in what yarn it is woven.
@@ -84,8 +85,11 @@ pub fn read(path: &Path) -> Result<FabricSource, FabricError> {
         let draft = DraftFile::new(name.clone(), &bytes);
         return Ok(FabricSource { name, draft, fabric: Fabric::default() });
     }
-    let FabricFile { draft, fabric } =
-        file::parse(text).map_err(|what| FabricError::NotAFabric { name: name.clone(), what })?;
+    let wrong = |what| FabricError::NotAFabric { name: name.clone(), what };
+    if is_scene(text) {
+        return Err(wrong("found a scene, expected a draft or a fabric".to_owned()));
+    }
+    let FabricFile { draft, fabric } = file::parse(text).map_err(wrong)?;
     let draft = match draft {
         DraftSource::Inline(wif) => DraftFile::new(format!("{name}: draft"), wif.as_bytes()),
         DraftSource::Path(relative) => {

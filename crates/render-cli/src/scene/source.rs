@@ -90,10 +90,17 @@ fn scene_text(path: &Path) -> Option<Vec<u8>> {
     }
     let text = fs::read(path).ok()?;
     let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&text);
+    is_scene(text).then(|| text.to_owned())
+}
+
+/// Whether `text` looks like a scene.
+pub(crate) fn is_scene(text: &[u8]) -> bool {
     let starts = text.trim_ascii_start().starts_with(b"{");
-    // Before it is known to be JSON: a scene with a slip in it shall be told as a scene.
+    // Before it is known to be JSON: a scene with a slip in it, or without one of its parts, shall be
+    // told as a scene. A fabric has none of these.
     let names = |key: &[u8]| text.windows(key.len()).any(|window| window == key);
-    (starts && names(b"\"camera\"") && !names(b"\"draft\"")).then(|| text.to_owned())
+    let parts: [&[u8]; 4] = [b"\"camera\"", b"\"materials\"", b"\"objects\"", b"\"lights\""];
+    starts && parts.into_iter().any(names)
 }
 
 /// The scene of `text` with `settings`.
@@ -190,7 +197,7 @@ mod tests {
             ("depht=2", "--set depht: unknown key \"depht\", expected \"depth\""),
             ("lights.7=1", "--set lights.7: found \"7\", expected a number below 2"),
             ("depth.x=1", "--set depth.x: found \"x\" in a value without parts, expected the end"),
-            ("film.size=3", "--set film.size: integer 3, expected an array of length 2"),
+            ("film.size=3", "--set film.size: found integer 3, expected a list of 2 numbers"),
         ] {
             assert_eq!(sheet(&[settings]).unwrap_err().to_string(), expected, "{settings}");
         }
