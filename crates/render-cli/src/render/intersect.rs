@@ -86,7 +86,7 @@ pub enum GeometryError {
 const MAX_TRIANGLES: usize = 1 << 28;
 
 /// Far below √f32::MAX, as edge functions multiply two coordinates, and beyond any picture.
-const MAX_COORDINATE: f32 = 1e7;
+pub const MAX_COORDINATE: f32 = 1e7;
 
 /// Entries of the traversal's stack less one: each level pushes at most one entry.
 const MAX_DEPTH: usize = 31;

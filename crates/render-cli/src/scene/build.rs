@@ -3,11 +3,12 @@
 use std::{
     collections::{BTreeMap, HashMap},
     f32::consts::PI,
-    path::{Path, PathBuf},
+    io, mem,
+    path::Path,
     sync::Arc,
 };
 
-use ::image::{ImageReader, Limits};
+use ::image::{ImageError, ImageReader, Limits};
 use anyhow::Context;
 use glam::{Affine3A, EulerRot, Quat, Vec3};
 use selvedge_yarn_brdf::Color;
@@ -26,7 +27,10 @@ use super::{
 };
 use crate::{
     fabric, image,
-    render::camera::{COMPOSED_ASPECT, Lens},
+    render::{
+        camera::{COMPOSED_ASPECT, Lens},
+        intersect::{GeometryError, MAX_COORDINATE},
+    },
 };
 
 /// A scene, and what is odd about it.
@@ -40,6 +44,10 @@ pub struct Built {
 
 /// Most objects of a scene, those of its groups counted each time that they stand there.
 pub const MAX_OBJECTS: usize = 1 << 16;
+
+/// Most triangles of a scene, those of its groups counted each time that they stand there: what the
+/// largest mesh that is read may have, some GB of memory.
+pub const MAX_TRIANGLES: usize = 1 << 25;
 
 impl SceneFile {
     /// The scene of this file, which stands in `folder`; `cloth`, a draft, a fabric or a preset,
@@ -55,7 +63,8 @@ impl SceneFile {
             folder,
             materials: BTreeMap::new(),
             meshes: HashMap::new(),
-            surfaces: Vec::new(),
+            placed: Vec::new(),
+            triangles: 0,
             warnings: Vec::new(),
         };
         for (name, material) in &self.materials {
@@ -63,12 +72,24 @@ impl SceneFile {
             builder.materials.insert(name, material);
         }
         builder.place("objects", &self.objects, Affine3A::IDENTITY)?;
+        let (surfaces, places) = builder.surfaces()?;
         let lights = self.lights.iter().enumerate();
         let lights: Vec<_> = lights
             .map(|(index, light)| light.build(folder, &format!("lights[{index}]")))
             .collect::<Result<_, _>>()?;
-        let Builder { surfaces, warnings, .. } = builder;
-        let mut scene = Scene::new(surfaces, self.camera(), lights, self.depth)?;
+        let warnings = builder.warnings;
+        let mut scene = Scene::new(surfaces, self.camera(), lights, self.depth).map_err(
+            |error| match error {
+                // Its meshes are in the order of what is placed.
+                GeometryError::TooLarge(mesh) => {
+                    anyhow::anyhow!(
+                        "{}: found a coordinate above {MAX_COORDINATE} m, expected a smaller scene",
+                        places[mesh]
+                    )
+                }
+                error => error.into(),
+            },
+        )?;
         let camera = &self.camera;
         let focus = camera.focus.unwrap_or_else(|| camera.position.distance(camera.target));
         scene.lens = (camera.aperture > 0.0).then_some(Lens { radius: camera.aperture, focus });
@@ -95,10 +116,21 @@ struct Builder<'a> {
     file: &'a SceneFile,
     folder: &'a Path,
     materials: BTreeMap<&'a str, Material>,
-    /// Those of files, read once.
-    meshes: HashMap<PathBuf, Arc<Mesh>>,
-    surfaces: Vec<Surface>,
+    /// Of each shape, as it is written, once.
+    meshes: HashMap<String, Arc<Mesh>>,
+    placed: Vec<Placed<'a>>,
+    /// Of all that is placed.
+    triangles: usize,
     warnings: Vec<String>,
+}
+
+/// An object where it stands. It shares its mesh, so that too many are told before they take memory.
+struct Placed<'a> {
+    at: String,
+    object: &'a ObjectFile,
+    mesh: Arc<Mesh>,
+    material: Material,
+    into_world: Affine3A,
 }
 
 impl<'a> Builder<'a> {
@@ -130,16 +162,19 @@ impl<'a> Builder<'a> {
                 Ok(Material::Standard { standard: Arc::new(inputs), size })
             }
             MaterialFile::Cloth { fabric } => {
-                let path = match cloth {
-                    Some(cloth) => cloth.to_owned(),
-                    None if fabric.starts_with(fabric::PRESET) => fabric.into(),
-                    None => self.folder.join(fabric),
+                let at = format!("materials.{name}.cloth.fabric");
+                let (at, path) = match cloth {
+                    Some(cloth) => ("--cloth".to_owned(), cloth.to_owned()),
+                    None if fabric.starts_with(fabric::PRESET) => (at, fabric.into()),
+                    None => (at, self.folder.join(fabric)),
                 };
-                let source = fabric::read(&path).map_err(|error| {
-                    anyhow::Error::from(error).context(format!("materials.{name}.cloth.fabric"))
-                })?;
-                let drawdown = source.draft().drawdown()?;
-                let shader = source.shader(&source.cloth(&drawdown)?)?;
+                let woven = || -> anyhow::Result<_> {
+                    let source = fabric::read(&path)?;
+                    let drawdown = source.draft().drawdown()?;
+                    let shader = source.shader(&source.cloth(&drawdown)?)?;
+                    Ok((source, drawdown, shader))
+                };
+                let (source, drawdown, shader) = woven().context(at)?;
                 self.warnings.extend(source.draft().warnings().map(|warning| warning.to_string()));
                 self.warnings.extend(source.warnings(&drawdown, &shader));
                 Ok(Material::cloth(shader))
@@ -158,9 +193,20 @@ impl<'a> Builder<'a> {
     fn texture(&self, at: &str, path: &Path, encoding: Encoding) -> anyhow::Result<Input> {
         let path = self.folder.join(path);
         let texture = || -> anyhow::Result<MipTexture> {
-            let mut reader = ImageReader::open(&path)?.with_guessed_format()?;
+            let reader = ImageReader::open(&path).and_then(ImageReader::with_guessed_format);
+            let mut reader = reader.map_err(|error| match error.kind() {
+                io::ErrorKind::NotFound => anyhow::anyhow!("no such file"),
+                io::ErrorKind::IsADirectory => {
+                    anyhow::anyhow!("found a folder, expected a picture")
+                }
+                _ => anyhow::anyhow!("cannot be read: {error}"),
+            })?;
             reader.limits(Limits::default());
-            Ok(MipTexture::new(&reader.decode()?, encoding)?)
+            let picture = reader.decode().map_err(|error| match error {
+                ImageError::Unsupported(_) => anyhow::anyhow!("found no PNG, expected one"),
+                error => anyhow::anyhow!("found a broken picture ({error}), expected a PNG"),
+            })?;
+            Ok(MipTexture::new(&picture, encoding)?)
         };
         let context = || format!("{at}: {}", path.display());
         Ok(Input::Texture(Arc::new(texture().with_context(context)?)))
@@ -183,44 +229,52 @@ impl<'a> Builder<'a> {
             }
             let material = object.material.as_deref().and_then(|name| self.materials.get(name));
             let Some(material) = material.cloned() else { continue };
-            if self.surfaces.len() >= MAX_OBJECTS {
-                anyhow::bail!("{at}: found more than {MAX_OBJECTS} objects, expected fewer");
-            }
-            let mesh = self.mesh(&object.shape).map_err(|error| error.context(at.clone()))?;
-            let mesh = mesh.with_uv_scaled(object.uv_scale * object.shape.uv_scale());
-            let mesh = mesh
-                .transformed(into_world)
-                .map_err(|error| anyhow::Error::from(error).context(at.clone()))?;
-            if matches!(material, Material::Cloth { .. }) {
-                let report = UvReport::new(&mesh);
-                let warnings = report.warnings();
-                self.warnings.extend(
-                    warnings.into_iter().map(|warning| format!("warning: {at}: {warning}")),
+            let mesh = self.mesh(&object.shape).with_context(|| match object.shape {
+                ShapeFile::File { .. } => format!("{at}.shape.file.path"),
+                _ => format!("{at}.shape"),
+            })?;
+            self.triangles += mesh.triangles().len();
+            if self.triangles > MAX_TRIANGLES {
+                anyhow::bail!(
+                    "{at}: found more than {MAX_TRIANGLES} triangles up to here, expected fewer"
                 );
             }
-            self.surfaces.push(Surface { mesh, material });
+            self.placed.push(Placed { at, object, mesh, material, into_world });
         }
         Ok(())
     }
 
-    fn mesh(&mut self, shape: &ShapeFile) -> anyhow::Result<Mesh> {
-        let shape = match *shape {
-            ShapeFile::File { ref path } => {
-                let path = self.folder.join(path);
-                if let Some(mesh) = self.meshes.get(&path) {
-                    return Ok(Mesh::clone(mesh));
-                }
-                let mesh = load::read(&path)?;
-                self.meshes.insert(path, Arc::new(mesh.clone()));
-                return Ok(mesh);
-            }
-            ShapeFile::Drape { side } => return Ok(BuiltIn::new(side)?.cloth),
-            ShapeFile::Plane { width, height } => Shape::Plane { width, height },
-            ShapeFile::Sphere { radius } => Shape::Sphere { radius },
-            ShapeFile::Cylinder { radius, height } => Shape::Cylinder { radius, height },
-            ShapeFile::Sheet {} | ShapeFile::Group { .. } => Shape::Sheet,
+    fn mesh(&mut self, shape: &ShapeFile) -> anyhow::Result<Arc<Mesh>> {
+        let key = format!("{shape:?}");
+        if let Some(mesh) = self.meshes.get(&key) {
+            return Ok(Arc::clone(mesh));
+        }
+        let mesh = match *shape {
+            ShapeFile::File { ref path } => load::read(&self.folder.join(path))?,
+            ShapeFile::Drape { side } => BuiltIn::new(side)?.cloth,
+            ShapeFile::Plane { width, height } => Shape::Plane { width, height }.mesh()?,
+            ShapeFile::Sphere { radius } => Shape::Sphere { radius }.mesh()?,
+            ShapeFile::Cylinder { radius, height } => Shape::Cylinder { radius, height }.mesh()?,
+            ShapeFile::Sheet {} | ShapeFile::Group { .. } => Shape::Sheet.mesh()?,
         };
-        Ok(shape.mesh()?)
+        let mesh = Arc::new(mesh);
+        self.meshes.insert(key, Arc::clone(&mesh));
+        Ok(mesh)
+    }
+
+    /// All that is placed, in the world, and where in the file each is said to stand.
+    fn surfaces(&mut self) -> anyhow::Result<(Vec<Surface>, Vec<String>)> {
+        let placed = mem::take(&mut self.placed);
+        let surface = |Placed { at, object, mesh, material, into_world }: Placed<'_>| {
+            let mesh = Mesh::clone(&mesh).with_uv_scaled(object.uv_scale * object.shape.uv_scale());
+            let mesh = mesh.transformed(into_world).with_context(|| at.clone())?;
+            if matches!(material, Material::Cloth { .. }) {
+                let warnings = UvReport::new(&mesh).warnings().into_iter();
+                self.warnings.extend(warnings.map(|warning| format!("warning: {at}: {warning}")));
+            }
+            Ok((Surface { mesh, material }, at))
+        };
+        placed.into_iter().map(surface).collect()
     }
 }
 
@@ -274,7 +328,7 @@ impl LightFile {
                     rotation_deg.to_radians(),
                     scale,
                 );
-                let context = || format!("{at}: {}", path.display());
+                let context = || format!("{}: {}", context(), path.display());
                 Light::Environment(
                     environment.map_err(|error| anyhow::Error::from(error).context(context()))?,
                 )
