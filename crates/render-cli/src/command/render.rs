@@ -17,7 +17,13 @@ use crate::{
     fabric,
     image::{Format, Picture, Value},
     output::{Destination, tell},
-    render::{View, accumulate::Layers, film::Size, hash::Fnv, progressive::Stopped},
+    render::{
+        View,
+        accumulate::Layers,
+        film::{Crop, Size},
+        hash::Fnv,
+        progressive::Stopped,
+    },
     scene::{
         Material, Scene,
         drape::DEFAULT_SIDE,
@@ -54,11 +60,18 @@ pub fn run(command: &RenderCommand) -> anyhow::Result<Outcome> {
         }
         Source::Scene(file, folder) => {
             let mut file = *file;
-            if let Some(size) = options.size {
-                file.film.size = [size.width(), size.height()];
+            let mut options = options.clone();
+            match (options.size, file.film.crop) {
+                // The crop is of a picture of the scene's own size.
+                (Some(size), _) => file.film.size = [size.width(), size.height()],
+                (None, Some([left, top, right, bottom])) => {
+                    let crop = Crop::new([left, top], [right, bottom]).context("film.crop")?;
+                    options.cropwindow = options.cropwindow.or(Some(crop));
+                }
+                (None, None) => {}
             }
             file.depth = command.depth.unwrap_or(file.depth);
-            draw_scene(options, started, &file, &folder, command.cloth.as_deref())
+            draw_scene(&options, started, &file, &folder, command.cloth.as_deref())
         }
     }
 }
