@@ -82,7 +82,7 @@ pub struct RenderCommand {
     #[arg(long, value_name = "CLOTH")]
     pub cloth: Option<PathBuf>,
 
-    /// Sets a part of a scene, as in film.size=[640,480] or lights.0.quad.radiance=20
+    /// Sets a part of a scene, as in depth=2 or lights.0.quad.radiance=20
     #[arg(long = "set", value_name = "PATH=VALUE")]
     pub settings: Vec<Setting>,
 
