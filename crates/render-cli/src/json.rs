@@ -63,7 +63,7 @@ fn syntax(json: &[u8], (line, column): (usize, usize), text: &str) -> String {
         "expected value" => format!("found {found}, expected a value"),
         "trailing characters" => format!("found {found}, expected the end of the list or the file"),
         "trailing comma" => "found a comma at the end, expected none".to_owned(),
-        "number out of range" => "found a number out of range, expected one below 1e308".to_owned(),
+        "number out of range" => "found a number out of range, expected a smaller one".to_owned(),
         _ => match text.strip_prefix("expected ") {
             Some(expected) => format!("found {found}, expected {}", expected.replace('`', "\"")),
             None => format!("found {found} ({text}), expected JSON"),

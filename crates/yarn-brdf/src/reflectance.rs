@@ -13,6 +13,11 @@ use crate::segment::Mapping;
 use crate::table::{COLUMNS, Map, ROWS, Table};
 use crate::yarn::Yarn;
 
+/// Shortfall of a quick quadrature, as a share of the greatest albedo, from which on more nodes are
+/// taken; and the density of nodes beyond which no more are.
+const QUICK_SHORTFALL: f64 = 1e-3;
+const MAX_DENSITY: f64 = 2.0;
+
 /// Shapes w/l between which 1/factor is interpolated.
 const SHAPES: usize = 9;
 
@@ -49,14 +54,23 @@ impl Reflectance {
     /// between two shapes is an upper bound for those between them.
     pub(crate) fn new(subject: &Subject<'_>, mode: Mode) -> Result<Self, ScaleError> {
         let &Subject { yarn, is_straight, mapping, ratio_max } = subject;
-        let integrals =
-            |density| Integrals::new(yarn, is_straight, mapping, Nodes::resolving(yarn, density));
-        let (quick, fine) = (integrals(1.0), integrals(1.5));
         let ends = |albedo: Affine<f64>| [0.0, ratio_max].map(|ratio| albedo.at(ratio).max(0.0));
-        let albedo = |wo| ends(quick.mean(wo));
         let map = Map { is_sharp: yarn.phase.sharpness() > SHARP };
-        let (mut table, between) = Table::above(map, albedo);
-        let at_nodes = table.shortfall(albedo, |wo| ends(fine.mean(wo)));
+        let mut density = 1.0;
+        let (quick, mut table, between, at_nodes) = loop {
+            let integrals = |density| {
+                Integrals::new(yarn, is_straight, mapping, Nodes::resolving(yarn, density))
+            };
+            let (quick, fine) = (integrals(density), integrals(1.5 * density));
+            let albedo = |wo| ends(quick.mean(wo));
+            let (mut table, between) = Table::above(map, albedo);
+            let at_nodes = table.shortfall(albedo, |wo| ends(fine.mean(wo)));
+            // By which the table is raised, and the diffuse gets less.
+            if at_nodes < QUICK_SHORTFALL || density > MAX_DENSITY {
+                break (quick, table, between, at_nodes);
+            }
+            density *= 1.5;
+        };
         let found = table.greatest();
         // What was not looked at may be worse.
         table.lift(2.0 * (between + at_nodes) + 1.2e-3);

@@ -265,7 +265,7 @@ mod tests {
             ),
             (
                 "{\"scale\": 1e999",
-                "line 1, column 15: found a number out of range, expected one below 1e308",
+                "line 1, column 15: found a number out of range, expected a smaller one",
             ),
         ];
         for (text, expected) in cases {
