@@ -9,7 +9,7 @@ use selvedge_cli::{
     scene::{
         Material, Scene, Surface,
         drape::{CameraPlacement, RectangleLight},
-        light::{AreaLight, Constant, Light, Quad, Sphere},
+        light::{Constant, Light, Quad, Sphere},
         mesh::Mesh,
         shape::Shape,
     },
@@ -37,7 +37,7 @@ fn scene(material: Material) -> Scene {
         half_v: 0.02 * Vec3::X,
     };
     let lights = vec![
-        Light::Quad(Quad::new(AreaLight { shape, radiance: Vec3::splat(4.0) })),
+        Light::Quad(Quad::new(shape, Vec3::splat(4.0))),
         Light::Sphere(Sphere {
             centre: Vec3::new(-0.05, 0.05, 0.05),
             radius: 0.01,

@@ -19,7 +19,10 @@ pub(crate) fn root<R: Real>(
     wo: Vector<R>,
 ) -> (Root<R>, R) {
     let (m, sin_u, cos_u) = inclination(wi, wo);
-    (root_at(optics, [sin_u, cos_u], [sin_v, cos_v], wi, wo), m)
+    let n = normal(sin_u, cos_u, sin_v, cos_v);
+    let (p, q) = (n.dot(wi), n.dot(wo));
+    let is_lit = sin_u.abs().lt(optics.sin_u_max) & R::zero().lt(p) & R::zero().lt(q);
+    (Root { sin_u, cos_u, sin_v, cos_v, p, q, is_lit }, m)
 }
 
 /// m, sin u and cos u of the [`root`].
@@ -30,21 +33,6 @@ fn inclination<R: Real>(wi: Vector<R>, wo: Vector<R>) -> (R, R, R) {
     let m = (h.y * h.y + h.z * h.z).max(R::from_f64(1e-30)).sqrt();
     let inv_m = R::one() / m;
     (m, h.y * inv_m, h.z * inv_m)
-}
-
-#[inline(always)]
-fn root_at<R: Real>(
-    optics: &Optics<R>,
-    [sin_u, cos_u]: [R; 2],
-    [sin_v, cos_v]: [R; 2],
-    wi: Vector<R>,
-    wo: Vector<R>,
-) -> Root<R> {
-    let zero = R::zero();
-    let n = normal(sin_u, cos_u, sin_v, cos_v);
-    let (p, q) = (n.dot(wi), n.dot(wo));
-    let is_lit = sin_u.abs().lt(optics.sin_u_max) & zero.lt(p) & zero.lt(q);
-    Root { sin_u, cos_u, sin_v, cos_v, p, q, is_lit }
 }
 
 /// f of the highlight, sr⁻¹, before colour and scale, at (`x`, `y`) in [−1, 1]² of a segment whose

@@ -1,10 +1,6 @@
 //! `selvedge render`: a scene, or a cloth in the built-in one.
 
-use std::{
-    fmt::Write,
-    path::Path,
-    time::{Duration, Instant},
-};
+use std::{fmt::Write, path::Path, time::Instant};
 
 use anyhow::Context;
 use rayon::ThreadPoolBuilder;
@@ -185,7 +181,7 @@ impl<'a> Drawing<'a> {
                 "{}: {what}, {}, {:.1} s",
                 options.output.path.display(),
                 exposing::samples_in_words(&outcome),
-                Duration::as_secs_f64(&started.elapsed())
+                started.elapsed().as_secs_f64()
             ));
         }
         if options.effort.stats {

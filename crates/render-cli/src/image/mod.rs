@@ -5,7 +5,7 @@
 //!                Film ──────┘  └──compare──▶ metrics, Picture
 //! ```
 //!
-//! Colours are linear, with the primaries of sRGB. [`view`](mod@view) makes of them what a screen
+//! Colours are linear, with the primaries of sRGB. [`View`] makes of them what a screen
 //! shows, and nothing else does.
 
 mod exr;
@@ -29,9 +29,8 @@ pub use self::{
     layers::{BEAUTY, Channel, Layer, Picture, Samples, Value},
     png::{PngError, encode_pixels},
     read::{DecodeError, ReadError, decode, read},
-    view::{View, linear_from_srgb, view},
+    view::{View, linear_from_srgb},
 };
-use crate::render::film::Film;
 
 /// A format of pictures that are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -73,18 +72,6 @@ pub enum EncodeError {
         /// What it is called.
         name: String,
     },
-}
-
-/// The bytes of a file that shows `film`.
-///
-/// # Errors
-///
-/// [`EncodeError`] when the encoder refuses the film.
-pub fn encode(film: &Film, format: Format) -> Result<Vec<u8>, EncodeError> {
-    match format {
-        Format::Png => png::encode(film.size(), film.pixels().iter().copied(), View::Srgb),
-        Format::Exr => exr::encode(&Picture::from_film(film)),
-    }
 }
 
 impl Picture {

@@ -46,11 +46,6 @@ impl View {
     }
 }
 
-/// As [`View::bytes`] of [`View::Srgb`].
-pub fn view(radiance: Vec3) -> [u8; 3] {
-    View::Srgb.bytes(radiance)
-}
-
 fn srgb_from_linear(x: f32) -> f32 {
     if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 }
 }
@@ -68,14 +63,14 @@ mod tests {
     fn view_leaves_mid_tones_alone() {
         // 0.2140 is the linear value of sRGB 127.5.
         for (linear, expected) in [(0.0, 0), (0.001, 3), (0.2122, 127), (0.5, 188)] {
-            assert_eq!(view(Vec3::splat(linear)), [expected; 3], "{linear}");
+            assert_eq!(View::Srgb.bytes(Vec3::splat(linear)), [expected; 3], "{linear}");
         }
-        assert_eq!(view(Vec3::new(0.0, 0.5, 1e9)), [0, 188, 255]);
+        assert_eq!(View::Srgb.bytes(Vec3::new(0.0, 0.5, 1e9)), [0, 188, 255]);
     }
 
     #[test]
     fn view_rises_smoothly_to_white() {
-        let shown = |x: f32| view(Vec3::splat(x))[0];
+        let shown = |x: f32| View::Srgb.bytes(Vec3::splat(x))[0];
         let steps: Vec<_> = (0..400).map(|i| shown(i as f32 / 100.0)).collect();
         assert!(steps.is_sorted());
         assert!(steps.windows(2).skip(10).all(|pair| pair[1] - pair[0] <= 8), "{steps:?}");

@@ -44,6 +44,7 @@ pub struct YarnSeen {
 
 /// Something that pictures are taken of. Equal arguments give equal bits.
 pub trait Expose: Sync {
-    /// The sample `index` of the pixel at column and row `pixel` of the whole picture.
+    /// The sample `index` of the pixel at column and row `pixel` of the whole picture. From
+    /// [`MAX_SAMPLES`](super::sampler::MAX_SAMPLES) on, the samples are independent of those before.
     fn expose(&self, pixel: [u32; 2], index: u32) -> Exposure;
 }

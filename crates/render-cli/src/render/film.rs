@@ -3,7 +3,6 @@
 use std::{f32::consts::TAU, fmt, str::FromStr};
 
 use glam::{Vec2, Vec3};
-use rayon::prelude::*;
 use serde::Deserialize;
 use thiserror::Error;
 
@@ -277,11 +276,6 @@ impl Film {
     /// All pixels, to be written.
     pub fn pixels_mut(&mut self) -> &mut [Vec3] {
         &mut self.pixels
-    }
-
-    /// The rows from the top, each a task of its own.
-    pub fn par_rows_mut(&mut self) -> impl IndexedParallelIterator<Item = &mut [Vec3]> {
-        self.pixels.par_chunks_exact_mut(self.size.width as usize).with_max_len(1)
     }
 }
 

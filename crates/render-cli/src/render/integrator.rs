@@ -212,7 +212,10 @@ impl<'a> Vertex<'a> {
                 Scatterer::Cloth(shader, footprint)
             }
             Material::Standard { standard, size } => {
-                let footprint = footprint::axes(&point, beam, hit.t).map(|axis| axis / *size);
+                // Of even width, with the beam's deviation.
+                let width = 12.0_f32.sqrt();
+                let axes = footprint::axes(&point, beam, hit.t);
+                let footprint = axes.map(|axis| axis * width / *size);
                 Scatterer::Standard(standard.at(point.uv / *size, footprint))
             }
         };
@@ -375,11 +378,11 @@ mod tests {
 
     use super::*;
     use crate::{
-        render::{Settings, film::Size, render},
+        render::{View, film::Size, plain},
         scene::{
             MAX_DEPTH,
             drape::{BuiltIn, CameraPlacement, DEFAULT_SIDE, RectangleLight},
-            light::{AreaLight, Light, Quad, Sky},
+            light::{Light, Quad, Sky},
         },
     };
 
@@ -394,7 +397,7 @@ mod tests {
     /// A square of side 2 m, 1 m above the origin, that shines downwards.
     fn lamp(radiance: f32) -> Light {
         let shape = RectangleLight { centre: Vec3::Z, half_u: Vec3::Y, half_v: Vec3::X };
-        Light::Quad(Quad::new(AreaLight { shape, radiance: Vec3::splat(radiance) }))
+        Light::Quad(Quad::new(shape, Vec3::splat(radiance)))
     }
 
     fn scene(surfaces: Vec<Surface>, camera: CameraPlacement, lights: Vec<Light>) -> Scene {
@@ -411,8 +414,8 @@ mod tests {
 
     /// The mean of a small picture.
     fn mean(scene: &Scene, spp: u32) -> f32 {
-        let settings = Settings { size: Size::new(4, 4).unwrap(), spp, seed: 1 };
-        let film = render(scene, &settings, || {});
+        let size = Size::new(4, 4).unwrap();
+        let film = plain(&View::new(scene, size, 1, false), size, spp);
         film.pixels().iter().sum::<Vec3>().x / film.pixels().len() as f32
     }
 
@@ -423,8 +426,8 @@ mod tests {
         let surfaces = [built_in.cloth, built_in.floor, built_in.form].map(white).into();
         let sky = Sky { zenith: Vec3::ONE, horizon: Vec3::ONE };
         let scene = scene(surfaces, built_in.camera, vec![Light::Sky(sky)]);
-        let settings = Settings { size: Size::new(60, 40).unwrap(), spp: 16, seed: 0 };
-        let film = render(&scene, &settings, || {});
+        let size = Size::new(60, 40).unwrap();
+        let film = plain(&View::new(&scene, size, 0, false), size, 16);
         let mean = film.pixels().iter().sum::<Vec3>() / film.pixels().len() as f32;
         assert!(mean.abs_diff_eq(Vec3::ONE, 0.002), "mean {mean}, expected 1");
         // What is lost in a pixel is what would have leaked through triangles.

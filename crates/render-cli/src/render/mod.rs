@@ -12,27 +12,17 @@ pub mod intersect;
 pub mod progressive;
 pub mod sampler;
 
-use glam::{DVec3, Vec2};
+use glam::Vec2;
+#[cfg(test)]
 use rayon::prelude::*;
 
 use self::{
     camera::Camera,
     exposure::{Expose, Exposure},
-    film::{Film, Size},
+    film::Size,
     sampler::PixelSampler,
 };
 use crate::scene::Scene;
-
-/// How to render.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Settings {
-    /// Width and height of the picture.
-    pub size: Size,
-    /// Samples per pixel, 1 to [`sampler::MAX_SAMPLES`]; taken into this range.
-    pub spp: u32,
-    /// Chooses the noise.
-    pub seed: u64,
-}
 
 /// A scene as its camera sees it.
 #[derive(Clone, Copy, Debug)]
@@ -64,23 +54,15 @@ impl Expose for View<'_> {
     }
 }
 
-/// The picture of `scene`, rendered on the threads of the current rayon pool.
-///
-/// `row_done` is called after each row of pixels, from any thread. A pixel depends on the scene,
-/// the settings and its own place alone, and its samples are summed in their order, so the result
-/// has the same bits for any number of threads.
-pub fn render(scene: &Scene, settings: &Settings, row_done: impl Fn() + Sync) -> Film {
-    let Settings { size, spp, seed } = *settings;
-    let view = View::new(scene, size, seed, false);
-    let spp = spp.clamp(1, sampler::MAX_SAMPLES);
-    let mut film = Film::black(size);
-    film.par_rows_mut().enumerate().for_each(|(y, row)| {
-        for (x, pixel) in row.iter_mut().enumerate() {
-            let radiance = |index| view.expose([x as u32, y as u32], index).radiance.as_dvec3();
-            let sum: DVec3 = (0..spp).map(radiance).sum();
-            *pixel = (sum / f64::from(spp)).as_vec3();
-        }
-        row_done();
+/// The picture that `view` exposes with `spp` samples per pixel, which are summed in their order.
+#[cfg(test)]
+fn plain(view: &View<'_>, size: Size, spp: u32) -> film::Film {
+    let mut film = film::Film::black(size);
+    film.pixels_mut().par_iter_mut().enumerate().for_each(|(index, pixel)| {
+        let place = [index as u32 % size.width(), index as u32 / size.width()];
+        let radiance = |index| view.expose(place, index).radiance.as_dvec3();
+        let sum: glam::DVec3 = (0..spp).map(radiance).sum();
+        *pixel = (sum / f64::from(spp)).as_vec3();
     });
     film
 }
@@ -104,12 +86,13 @@ mod tests {
         let scene = Scene::built_in(Material::Matte(Vec3::splat(0.5)), DEFAULT_SIDE).unwrap();
         let size = Size::new(37, 21).unwrap();
         for spp in [1, 16, 21] {
-            let plain = render(&scene, &Settings { size, spp, seed: 3 }, || {});
+            let view = View::new(&scene, size, 3, false);
+            let plain = plain(&view, size, spp);
             let limits = Limits { spp, time: None, noise: None };
             let plan = Plan { frame: Frame::whole(size), layers: Layers::None, limits, key: 0 };
             let interrupt = AtomicBool::new(false);
             let control = Control { interrupt: &interrupt, watch: &|_| {}, save: None };
-            let outcome = expose(&View::new(&scene, size, 3, false), &plan, &control);
+            let outcome = expose(&view, &plan, &control);
             assert!(outcome.exposed().beauty == plain, "{spp} spp");
         }
     }

@@ -17,7 +17,7 @@ use super::{
     Material, Scene, Surface,
     drape::{BuiltIn, CameraPlacement, RectangleLight},
     file::{ColorSource, LightFile, MaterialFile, ObjectFile, PlaceFile, SceneFile, ShapeFile},
-    light::{AreaLight, Constant, Distant, Environment, Light, Quad, Sphere},
+    light::{Constant, Distant, Environment, Light, Quad, Sphere},
     load,
     mesh::Mesh,
     shape::Shape,
@@ -255,7 +255,10 @@ impl<'a> Builder<'a> {
             ShapeFile::Plane { width, height } => Shape::Plane { width, height }.mesh()?,
             ShapeFile::Sphere { radius } => Shape::Sphere { radius }.mesh()?,
             ShapeFile::Cylinder { radius, height } => Shape::Cylinder { radius, height }.mesh()?,
-            ShapeFile::Sheet {} | ShapeFile::Group { .. } => Shape::Sheet.mesh()?,
+            ShapeFile::Sheet {} => Shape::Sheet.mesh()?,
+            ShapeFile::Group { ref name } => {
+                anyhow::bail!("group {name:?}: found a group, expected a shape of its own")
+            }
         };
         let mesh = Arc::new(mesh);
         self.meshes.insert(key, Arc::clone(&mesh));
@@ -305,7 +308,7 @@ impl LightFile {
                 let (half_u, half_v) =
                     (level * (size[0] / 2.0), facing.cross(level) * (size[1] / 2.0));
                 let shape = RectangleLight { centre, half_u, half_v };
-                Light::Quad(Quad::new(AreaLight { shape, radiance: color(radiance) }))
+                Light::Quad(Quad::new(shape, color(radiance)))
             }
             Self::Sphere { centre, radius, radiance } => {
                 Light::Sphere(Sphere { centre, radius, radiance: color(radiance) })

@@ -16,7 +16,7 @@ pub mod swatch;
 pub mod texture;
 pub mod uv;
 
-use std::sync::Arc;
+use std::{collections::HashSet, sync::Arc};
 
 use glam::{Vec2, Vec3};
 use selvedge_yarn_brdf::Shader;
@@ -24,7 +24,7 @@ use thiserror::Error;
 
 use self::{
     drape::{BuiltIn, CameraPlacement, SideError},
-    light::{AreaLight, Light, Lights, Quad, Sky},
+    light::{Light, Lights, Quad, Sky},
     mesh::{Mesh, MeshError},
     standard::Standard,
 };
@@ -162,7 +162,7 @@ impl Scene {
             Surface { mesh: built_in.floor, material: Material::Matte(FLOOR) },
             Surface { mesh: built_in.form, material: Material::Matte(FLOOR) },
         ];
-        let key_light = Quad::new(AreaLight { shape: built_in.key_light, radiance: KEY });
+        let key_light = Quad::new(built_in.key_light, KEY);
         let lights = vec![Light::Quad(key_light), Light::Sky(SKY)];
         Ok(Self::new(surfaces, built_in.camera, lights, MAX_DEPTH)?)
     }
@@ -174,19 +174,12 @@ impl Scene {
 
     /// The cloths that are woven in it, each once.
     pub fn shaders(&self) -> impl Iterator<Item = &Shader> {
-        let shader = |surface: &Surface| match &surface.material {
-            Material::Cloth { shader, .. } => Some(Arc::as_ptr(shader)),
+        let mut seen = HashSet::new();
+        let shaders = self.surfaces.iter().filter_map(|surface| match &surface.material {
+            Material::Cloth { shader, .. } => Some(shader),
             Material::Matte(_) | Material::Standard { .. } => None,
-        };
-        let all: Vec<_> = self.surfaces.iter().map(shader).collect();
-        self.surfaces.iter().enumerate().filter_map(move |(index, surface)| {
-            match &surface.material {
-                Material::Cloth { shader, .. } if !all[..index].contains(&all[index]) => {
-                    Some(&**shader)
-                }
-                _ => None,
-            }
-        })
+        });
+        shaders.filter(move |shader| seen.insert(Arc::as_ptr(shader))).map(|shader| &**shader)
     }
 
     /// Shapes of all surfaces, without their gaps.
@@ -250,7 +243,7 @@ mod tests {
             up: Vec3::Y,
             horizontal_fov: 1.0,
         };
-        let light = Light::Quad(Quad::new(AreaLight { shape, radiance: Vec3::ONE }));
+        let light = Light::Quad(Quad::new(shape, Vec3::ONE));
         let lights = vec![light, Light::Sky(SKY)];
         Scene::new(vec![Surface { mesh: mesh.unwrap(), material }], camera, lights, MAX_DEPTH)
             .unwrap()

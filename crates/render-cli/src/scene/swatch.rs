@@ -8,7 +8,7 @@ use glam::{Vec2, Vec3};
 use super::{
     FLOOR, MAX_DEPTH, Material, SKY, Scene, SceneError, Surface,
     drape::{CameraPlacement, RectangleLight},
-    light::{AreaLight, Light as Lamp, Quad},
+    light::{Light as Lamp, Quad},
     mesh::{Mesh, MeshError},
 };
 
@@ -76,7 +76,7 @@ impl Scene {
         // From E = L · A · sin(elevation) / d², where all of the light is about as far.
         let solid_angle = (2.0 * LIGHT_HALF_SIDE / LIGHT_DISTANCE).powi(2);
         let radiance = WHITE * (PI / (solid_angle * sin));
-        let key_light = Lamp::Quad(Quad::new(AreaLight { shape, radiance }));
+        let key_light = Lamp::Quad(Quad::new(shape, radiance));
         let camera = CameraPlacement {
             position: Vec3::Z * (CAMERA_DISTANCE * width),
             target: Vec3::ZERO,

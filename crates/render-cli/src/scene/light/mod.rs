@@ -5,7 +5,6 @@
 //! `sample` has for that direction. Both agree, so the two ways can be weighed against each other
 //! (Veach 1997, section 9.2.2). No light casts a shadow.
 
-mod area;
 mod cone;
 mod distant;
 mod distribution;
@@ -18,7 +17,6 @@ mod sphere;
 use glam::{Vec2, Vec3};
 
 pub use self::{
-    area::AreaLight,
     distant::Distant,
     dome::{Constant, Sky},
     environment::{Environment, EnvironmentError},

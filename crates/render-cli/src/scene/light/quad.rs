@@ -4,12 +4,11 @@ use std::f32::consts::PI;
 
 use glam::{DVec2, DVec3, Vec2, Vec3};
 
-use super::{AreaLight, LightAhead, LightSample};
+use super::{LightAhead, LightSample};
+use crate::scene::drape::RectangleLight;
 
-/// A rectangle that shines evenly from one side, drawn evenly by solid angle where it is near.
-///
-/// [`AreaLight`] is the same light, drawn evenly by area: its samples from nearby are of very
-/// different weight.
+/// A rectangle that shines evenly from one side, drawn evenly by solid angle where it is near:
+/// samples drawn evenly by area are of very different weight from there. It casts no shadow.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quad {
     radiance: Vec3,
@@ -49,12 +48,12 @@ const FAR_RATIO: f64 = 1.6;
 const SLIVER: f64 = 1e-8;
 
 impl Quad {
-    /// The light of `area`.
-    pub fn new(area: AreaLight) -> Self {
-        let [u, v] = [area.shape.half_u, area.shape.half_v].map(Vec3::as_dvec3);
+    /// The light of `shape`, which `radiance`, linear RGB, leaves.
+    pub fn new(shape: RectangleLight, radiance: Vec3) -> Self {
+        let [u, v] = [shape.half_u, shape.half_v].map(Vec3::as_dvec3);
         let axes = [u, v, u.cross(v)].map(DVec3::normalize_or_zero);
         let half = DVec2::new(u.length(), v.length());
-        Self { radiance: area.radiance, centre: area.shape.centre.as_dvec3(), axes, half }
+        Self { radiance, centre: shape.centre.as_dvec3(), axes, half }
     }
 
     /// See [`Light::sample`](super::Light::sample).

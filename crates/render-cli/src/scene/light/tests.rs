@@ -8,7 +8,7 @@ use crate::scene::{
 
 fn quad(centre: Vec3, half_u: Vec3, half_v: Vec3) -> Light {
     let shape = RectangleLight { centre, half_u, half_v };
-    Light::Quad(Quad::new(AreaLight { shape, radiance: Vec3::new(2.0, 1.0, 0.5) }))
+    Light::Quad(Quad::new(shape, Vec3::new(2.0, 1.0, 0.5)))
 }
 
 fn sphere(centre: Vec3, radius: f32) -> Light {
