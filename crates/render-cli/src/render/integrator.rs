@@ -51,11 +51,10 @@ pub fn expose(scene: &Scene, mut beam: Beam, sample: &mut Sample, has_layers: bo
     // With which the last surface chose the direction.
     let mut density = None;
     for vertices in 1.. {
-        let hit = scene.intersect(&beam.ray);
-        let reach = hit.map_or(f32::INFINITY, |hit| hit.t);
-        let mut arriving = throughput * lights_ahead(scene, &beam.ray, reach, density);
+        let ahead = Ahead::new(scene, &beam.ray, vertices > scene.depth);
+        let mut arriving = throughput * lights_ahead(scene, &beam.ray, &ahead, density);
         let mut arriving_diffuse = diffuse_share * arriving;
-        let vertex = hit.filter(|_| vertices <= scene.depth).map(|hit| {
+        let vertex = ahead.nearest().map(|hit| {
             let points = if vertices == 1 { CAMERA_POINTS } else { BOUNCE_POINTS };
             let vertex = Vertex::new(scene.surface(&hit), &hit, &beam, points, sample);
             let lobes = vertex.direct_light(scene, sample).map(|light| throughput * light);
@@ -98,25 +97,55 @@ pub fn expose(scene: &Scene, mut beam: Beam, sample: &mut Sample, has_layers: bo
     exposure
 }
 
-/// Radiance of the lights along a ray that meets nothing before `reach`, which was chosen with
+/// What a ray meets.
+enum Ahead<'a> {
+    /// The nearest surface, if there is one.
+    Nearest(Option<Hit>),
+    /// Nobody asks which: it is the last ray of a path. Tests whether there is any take half the time.
+    Any(&'a Scene, &'a Ray),
+}
+
+impl<'a> Ahead<'a> {
+    fn new(scene: &'a Scene, ray: &'a Ray, is_last: bool) -> Self {
+        if is_last { Self::Any(scene, ray) } else { Self::Nearest(scene.intersect(ray)) }
+    }
+
+    /// The surface from which the path may go on.
+    fn nearest(&self) -> Option<Hit> {
+        match self {
+            Self::Nearest(hit) => *hit,
+            Self::Any(..) => None,
+        }
+    }
+
+    /// Whether a light at `distance` is seen. One beyond nothing at all is, though rounding may put a
+    /// far lamp there.
+    fn is_clear(&self, distance: f32) -> bool {
+        match self {
+            Self::Nearest(hit) => hit.is_none_or(|hit| distance < hit.t),
+            Self::Any(scene, ray) => !scene.occluded(ray, distance),
+        }
+    }
+}
+
+/// Radiance of the lights along a ray that meets what is `ahead`, which was chosen with
 /// `density`, sr⁻¹: the share of this way to find them in what both find. A ray of the camera, without
 /// a density, sees all that is infinitely far, and no lamps.
-fn lights_ahead(scene: &Scene, ray: &Ray, reach: f32, density: Option<f32>) -> Vec3 {
+fn lights_ahead(scene: &Scene, ray: &Ray, ahead: &Ahead<'_>, density: Option<f32>) -> Vec3 {
     let lights = scene.lights.as_slice().iter().enumerate();
     let seen = lights.filter_map(|(index, light)| {
-        let ahead = light.ahead(ray.origin, ray.direction)?;
+        let found = light.ahead(ray.origin, ray.direction)?;
         let Some(density) = density else {
-            return (ahead.distance == f32::INFINITY && reach == f32::INFINITY)
-                .then_some(ahead.radiance);
+            return (found.distance == f32::INFINITY && ahead.is_clear(found.distance))
+                .then_some(found.radiance);
         };
-        let found = ahead.density * scene.lights.probability(index);
+        let other = found.density * scene.lights.probability(index);
         let weight = match scene.estimator {
-            Estimator::Both => balance(density, found),
+            Estimator::Both => balance(density, other),
             Estimator::Directions => 1.0,
-            Estimator::Lights => f32::from(u8::from(found == 0.0)),
+            Estimator::Lights => f32::from(u8::from(other == 0.0)),
         };
-        let is_met = ahead.distance < reach || reach == f32::INFINITY;
-        is_met.then(|| ahead.radiance * weight)
+        (weight > 0.0 && ahead.is_clear(found.distance)).then(|| found.radiance * weight)
     });
     seen.sum()
 }
