@@ -2,7 +2,7 @@
 
 use std::{
     collections::{BTreeMap, HashMap},
-    f32::consts::PI,
+    f32::consts::{PI, TAU},
     io, mem,
     path::Path,
     sync::Arc,
@@ -10,13 +10,16 @@ use std::{
 
 use ::image::{ImageError, ImageReader, Limits};
 use anyhow::Context;
-use glam::{Affine3A, EulerRot, Quat, Vec3};
-use selvedge_yarn_brdf::Color;
+use glam::{Affine3A, EulerRot, Quat, Vec2, Vec3};
+use selvedge_yarn_brdf::{Color, Noise};
 
 use super::{
     Material, Scene, Surface,
     drape::{BuiltIn, CameraPlacement, RectangleLight},
-    file::{ColorSource, LightFile, MaterialFile, ObjectFile, PlaceFile, SceneFile, ShapeFile},
+    file::{
+        ColorSource, LightFile, MaterialFile, ObjectFile, PlaceFile, RIG_LIGHTS, SceneFile,
+        ShapeFile,
+    },
     light::{Constant, Distant, Environment, Light, Quad, Sphere},
     load,
     mesh::Mesh,
@@ -77,6 +80,7 @@ impl SceneFile {
         let lights: Vec<_> = lights
             .map(|(index, light)| light.build(folder, &format!("lights[{index}]")))
             .collect::<Result<_, _>>()?;
+        let lights = lights.into_iter().flatten().collect();
         let warnings = builder.warnings;
         let mut scene = Scene::new(surfaces, self.camera(), lights, self.depth).map_err(
             |error| match error {
@@ -161,7 +165,7 @@ impl<'a> Builder<'a> {
                 let size = standard.size.into();
                 Ok(Material::Standard { standard: Arc::new(inputs), size })
             }
-            MaterialFile::Cloth { fabric } => {
+            MaterialFile::Cloth { fabric, noise } => {
                 let at = format!("materials.{name}.cloth.fabric");
                 let (at, path) = match cloth {
                     Some(cloth) => ("--cloth".to_owned(), cloth.to_owned()),
@@ -171,7 +175,11 @@ impl<'a> Builder<'a> {
                 let woven = || -> anyhow::Result<_> {
                     let source = fabric::read(&path)?;
                     let drawdown = source.draft().drawdown()?;
-                    let shader = source.shader(&source.cloth(&drawdown)?)?;
+                    let mut cloth = source.cloth(&drawdown)?;
+                    if !noise {
+                        cloth.yarns.iter_mut().for_each(|yarn| yarn.noise = Noise::default());
+                    }
+                    let shader = source.shader(&cloth)?;
                     Ok((source, drawdown, shader))
                 };
                 let (source, drawdown, shader) = woven().context(at)?;
@@ -256,6 +264,7 @@ impl<'a> Builder<'a> {
             ShapeFile::Sphere { radius } => Shape::Sphere { radius }.mesh()?,
             ShapeFile::Cylinder { radius, height } => Shape::Cylinder { radius, height }.mesh()?,
             ShapeFile::Sheet {} => Shape::Sheet.mesh()?,
+            ShapeFile::Wrinkled { side } => Shape::Wrinkled { side }.mesh()?,
             ShapeFile::Group { ref name } => {
                 anyhow::bail!("group {name:?}: found a group, expected a shape of its own")
             }
@@ -298,9 +307,9 @@ impl PlaceFile {
 }
 
 impl LightFile {
-    fn build(&self, folder: &Path, at: &str) -> anyhow::Result<Light> {
+    fn build(&self, folder: &Path, at: &str) -> anyhow::Result<Vec<Light>> {
         let color = |color: Color| Vec3::from(color.0);
-        Ok(match *self {
+        Ok(vec![match *self {
             Self::Quad { centre, toward, size, radiance } => {
                 let facing = (toward - centre).normalize();
                 // Its width is level.
@@ -318,6 +327,17 @@ impl LightFile {
                 color(irradiance),
                 angle_deg.to_radians().min(PI),
             )),
+            Self::Rig { irradiance, elevation_deg, angle_deg, only } => {
+                let lit = (1..=RIG_LIGHTS).filter(|&light| only.is_none_or(|only| only == light));
+                let (sin, cos) = elevation_deg.to_radians().sin_cos();
+                let lights = lit.map(|light| {
+                    let around = TAU * (light - 1) as f32 / RIG_LIGHTS as f32;
+                    let towards = (Vec2::from_angle(around) * cos).extend(sin).normalize();
+                    let angle = angle_deg.to_radians().min(PI);
+                    Light::Distant(Distant::new(towards, color(irradiance), angle))
+                });
+                return Ok(lights.collect());
+            }
             Self::Constant { radiance } => Light::Constant(Constant { radiance: color(radiance) }),
             Self::Environment { ref path, rotation_deg, scale } => {
                 let path = folder.join(path);
@@ -336,6 +356,6 @@ impl LightFile {
                     environment.map_err(|error| anyhow::Error::from(error).context(context()))?,
                 )
             }
-        })
+        }])
     }
 }

@@ -81,6 +81,9 @@ pub enum MaterialFile {
     Cloth {
         /// A draft or a fabric: its path, or `preset:NAME`.
         fabric: String,
+        /// Whether its yarns are as uneven as the fabric says, or all alike: faster.
+        #[serde(default = "yes")]
+        noise: bool,
     },
     /// Scatters evenly.
     Diffuse {
@@ -168,6 +171,11 @@ pub enum ShapeFile {
     },
     /// A wavy sheet of 2 × 2 m.
     Sheet {},
+    /// A square sample that lies flat but for its wrinkles.
+    Wrinkled {
+        /// Its side, m.
+        side: f32,
+    },
     /// A cloth that has fallen over a low drum.
     Drape {
         /// Side of the cloth, m.
@@ -225,6 +233,20 @@ pub enum LightFile {
         /// Diameter in degrees; 0 is a point.
         #[serde(default)]
         angle_deg: f32,
+    },
+    /// Six lights from afar, all around at one height.
+    Rig {
+        /// Of each, on a surface that faces it.
+        irradiance: Color,
+        /// Above the horizon, degrees.
+        #[serde(default = "low")]
+        elevation_deg: f32,
+        /// Diameter of each in degrees; 0 is a point.
+        #[serde(default)]
+        angle_deg: f32,
+        /// Which one alone shines, 1 to 6; all if absent.
+        #[serde(default)]
+        only: Option<u32>,
     },
     /// The same from everywhere.
     Constant {
@@ -352,6 +374,18 @@ fn default_depth() -> u32 {
 
 fn z_axis() -> Vec3 {
     Vec3::Z
+}
+
+/// Lights of a rig.
+pub const RIG_LIGHTS: u32 = 6;
+
+/// Elevation at which raking light shows the weave, degrees.
+fn low() -> f32 {
+    30.0
+}
+
+fn yes() -> bool {
+    true
 }
 
 fn one() -> f32 {

@@ -23,8 +23,10 @@ pub enum Source {
 pub const SCENE: &str = "scene:";
 
 /// The scenes that are compiled in.
-const SCENES: [(&str, &str); 1] =
-    [("sheet", include_str!("../../../../fixtures/scenes/sheet.json"))];
+const SCENES: [(&str, &str); 2] = [
+    ("sheet", include_str!("../../../../fixtures/scenes/sheet.json")),
+    ("wrinkled", include_str!("../../../../fixtures/scenes/wrinkled.json")),
+];
 
 /// Most bytes of a scene's file.
 const MAX_BYTES: u64 = 1 << 26;
@@ -184,7 +186,8 @@ mod tests {
         let file = sheet(&["materials.cloth={\"diffuse\": {\"reflectance\": 0.5}}"]).unwrap();
         assert_eq!(file.materials.len(), 1);
         let file = sheet(&["materials.cloth.cloth.fabric=a b.wif"]).unwrap();
-        let expected = super::file::MaterialFile::Cloth { fabric: "a b.wif".to_owned() };
+        let expected =
+            super::file::MaterialFile::Cloth { fabric: "a b.wif".to_owned(), noise: false };
         assert_eq!(file.materials["cloth"], expected);
     }
 

@@ -3,7 +3,9 @@
 use glam::Vec3;
 use selvedge_yarn_brdf::Color;
 
-use super::{ColorSource, LightFile, MaterialFile, ObjectFile, SceneFile, ShapeFile, groups};
+use super::{
+    ColorSource, LightFile, MaterialFile, ObjectFile, RIG_LIGHTS, SceneFile, ShapeFile, groups,
+};
 use crate::{json, render::film::Size, scene::MAX_DEPTH};
 
 /// Greatest coordinate, m.
@@ -94,6 +96,7 @@ impl SceneFile {
                     length("cylinder.height", height)?;
                 }
                 ShapeFile::Drape { side } => length("drape.side", side)?,
+                ShapeFile::Wrinkled { side } => length("wrinkled.side", side)?,
                 ShapeFile::File { .. } | ShapeFile::Sheet {} | ShapeFile::Group { .. } => {}
             }
             match (&object.shape, &object.material) {
@@ -174,6 +177,15 @@ fn check_light(at: &str, light: &LightFile) -> Result<(), String> {
             let at = format!("{at}.distant");
             direction(&format!("{at}.from"), from)?;
             range(&format!("{at}.angle_deg"), angle_deg, 0.0, 180.0)?;
+            emission(&format!("{at}.irradiance"), irradiance)
+        }
+        LightFile::Rig { irradiance, elevation_deg, angle_deg, only } => {
+            let at = format!("{at}.rig");
+            range(&format!("{at}.elevation_deg"), elevation_deg, -90.0, 90.0)?;
+            range(&format!("{at}.angle_deg"), angle_deg, 0.0, 180.0)?;
+            if let Some(only) = only.filter(|only| !(1..=RIG_LIGHTS).contains(only)) {
+                return Err(format!("{at}.only: found {only}, expected 1 to {RIG_LIGHTS}"));
+            }
             emission(&format!("{at}.irradiance"), irradiance)
         }
         LightFile::Constant { radiance } => emission(&format!("{at}.constant.radiance"), radiance),
