@@ -9,11 +9,12 @@ use selvedge_cli::{
     scene::{
         Material, Scene, Surface,
         drape::{CameraPlacement, RectangleLight},
-        light::{Constant, Light, Quad, Sphere},
+        light::{Constant, Light, Lights, Quad, Sphere},
         mesh::Mesh,
         shape::Shape,
     },
 };
+use selvedge_normalize::scale::Mode;
 
 /// A cloth of 4 cm at z = 0 under a lamp, a small ball and an even sky.
 fn scene(material: Material) -> Scene {
@@ -84,6 +85,47 @@ fn white_ball_in_a_white_sky_is_white() {
         scene.estimator = estimator;
         let (found, deviation) = mean(&scene);
         assert!(found.abs_diff_eq(DVec3::ONE, 2e-3), "{estimator:?}: {found} ± {deviation}");
+    }
+}
+
+#[test]
+fn white_cloth_in_a_white_sky_returns_no_more_than_it_receives() {
+    for (name, mode) in [
+        ("denim", Mode::Pointwise),
+        ("silk-charmeuse", Mode::Pointwise),
+        ("duchesse-satin", Mode::Segment),
+        ("tartan-wool", Mode::Segment),
+    ] {
+        let source = fabric::read(format!("preset:{name}").as_ref()).unwrap();
+        let mut cloth = source.cloth(&source.draft().drawdown().unwrap()).unwrap();
+        cloth.normalization = mode;
+        for yarn in &mut cloth.yarns {
+            yarn.color = [1.0; 3];
+            yarn.specular = [0.5, 0.3, 0.1];
+            yarn.specular_uniform = None;
+        }
+        let mut scene = scene(Material::cloth(source.shader(&cloth).unwrap()));
+        scene.lights = Lights::new(vec![Light::Constant(Constant { radiance: Vec3::ONE })], 0.02);
+        // A few threads across the picture, so that a pixel is a small part of one.
+        scene.camera.horizontal_fov = 0.01;
+        const SIDE: u32 = 24;
+        const SPP: u32 = 512;
+        let view = View::new(&scene, Size::new(SIDE, SIDE).unwrap(), 5, false);
+        let mut mean = Vec3::ZERO;
+        for pixel in 0..SIDE * SIDE {
+            let at = |index| view.expose([pixel % SIDE, pixel / SIDE], index).radiance;
+            let samples: Vec<Vec3> = (0..SPP).map(at).collect();
+            let of_pixel = samples.iter().sum::<Vec3>() / SPP as f32;
+            let squares: Vec3 = samples.iter().map(|s| (s - of_pixel) * (s - of_pixel)).sum();
+            let deviation = squares.map(f32::sqrt) / SPP as f32;
+            mean += of_pixel / (SIDE * SIDE) as f32;
+            if mode == Mode::Pointwise {
+                let bound = Vec3::splat(1.0 + 1e-4) + 4.0 * deviation;
+                assert!(of_pixel.cmple(bound).all(), "{name}, {pixel}: {of_pixel} ± {deviation}");
+            }
+        }
+        assert!(mean.cmple(Vec3::splat(1.001)).all(), "{name}: {mean}");
+        assert!(mean.cmpge(Vec3::splat(0.1)).all(), "{name}: {mean}");
     }
 }
 
