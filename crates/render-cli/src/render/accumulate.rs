@@ -250,21 +250,21 @@ impl Tile {
     /// Adds samples to each pixel until there are `samples`. In which portions they are added
     /// changes no bit.
     pub(super) fn expose(&mut self, subject: &impl Expose, samples: u32) {
-        for (pixel, place) in self.rectangle.pixels().enumerate() {
-            for sample in self.samples..samples {
-                let is_even = sample % 2 == 0;
-                let index = match &self.evens[..] {
-                    [] => sample,
-                    _ => sample / 2 + if is_even { 0 } else { MAX_SAMPLES },
-                };
-                let exposure = subject.expose(place, index);
+        let pixels: Vec<_> = self.rectangle.pixels().collect();
+        for sample in self.samples..samples {
+            let is_even = sample % 2 == 0;
+            let index = match &self.evens[..] {
+                [] => sample,
+                _ => sample / 2 + if is_even { 0 } else { MAX_SAMPLES },
+            };
+            for (pixel, exposure) in subject.expose_all(&pixels, index).iter().enumerate() {
                 let radiance = exposure.radiance.as_dvec3();
                 self.sums[pixel] += radiance;
                 if let Some(even) = self.evens.get_mut(pixel).filter(|_| is_even) {
                     *even += radiance;
                 }
                 if let Some(sums) = self.layers.get_mut(pixel) {
-                    sums.add(&exposure, sample == 0);
+                    sums.add(exposure, sample == 0);
                 }
             }
         }

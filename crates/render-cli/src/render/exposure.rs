@@ -47,4 +47,9 @@ pub trait Expose: Sync {
     /// The sample `index` of the pixel at column and row `pixel` of the whole picture. From
     /// [`MAX_SAMPLES`](super::sampler::MAX_SAMPLES) on, the samples are independent of those before.
     fn expose(&self, pixel: [u32; 2], index: u32) -> Exposure;
+
+    /// The samples `index` of `pixels`, the same as one by one, in what may be less time.
+    fn expose_all(&self, pixels: &[[u32; 2]], index: u32) -> Vec<Exposure> {
+        pixels.iter().map(|&pixel| self.expose(pixel, index)).collect()
+    }
 }

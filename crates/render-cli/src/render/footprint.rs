@@ -24,28 +24,28 @@ pub struct Beam {
 /// Points spread over the place where a beam meets cloth.
 #[derive(Clone, Copy, Debug)]
 pub struct Footprint {
-    places: [DVec2; MAX_POINTS],
+    places: [DVec2; POINTS],
     count: usize,
 }
 
-/// Most points of a footprint.
-pub const MAX_POINTS: usize = 8;
+/// Points of a footprint.
+pub const POINTS: usize = 4;
 
 /// Cosine between beam and normal below which a footprint does not grow any longer.
 const GRAZING: f32 = 0.1;
 
 impl Footprint {
     /// The points at `offsets` from `centre`, uv in metres, that are not in a gap but cloth that
-    /// `exists`; at most [`MAX_POINTS`]. Where none does, `centre` stands for all.
+    /// `exists`; at most [`POINTS`]. Where none does, `centre` stands for all.
     pub fn new(
         centre: Vec2,
         offsets: impl Iterator<Item = Vec2>,
         exists: impl Fn(DVec2) -> bool,
     ) -> Self {
         let centre = centre.as_dvec2();
-        let mut footprint = Self { places: [centre; MAX_POINTS], count: 0 };
+        let mut footprint = Self { places: [centre; POINTS], count: 0 };
         let places = offsets.map(|offset| centre + offset.as_dvec2());
-        for place in places.filter(|&place| exists(place)).take(MAX_POINTS) {
+        for place in places.filter(|&place| exists(place)).take(POINTS) {
             footprint.places[footprint.count] = place;
             footprint.count += 1;
         }
@@ -64,7 +64,7 @@ impl Footprint {
     }
 }
 
-/// Offsets in uv, metres, of `count` points of the surface around `point`, where `beam` arrives
+/// Offsets in uv, metres, of [`POINTS`] points of the surface around `point`, where `beam` arrives
 /// after `distance` metres: spread like the profile of the beam, no two close together.
 ///
 /// `square` in [0, 1)² turns and shifts the pattern. When it is uniform, each offset by itself has
@@ -73,11 +73,10 @@ pub fn offsets(
     point: &SurfacePoint,
     beam: &Beam,
     distance: f32,
-    count: usize,
     square: Vec2,
 ) -> impl Iterator<Item = Vec2> {
     let [a, b] = axes(point, beam, distance);
-    gaussian_points(count, square).map(move |place| a * place.x + b * place.y)
+    gaussian_points(POINTS, square).map(move |place| a * place.x + b * place.y)
 }
 
 /// The uv, metres, of two perpendicular standard deviations of the beam, cast onto the surface.

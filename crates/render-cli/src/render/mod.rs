@@ -44,13 +44,19 @@ impl<'a> View<'a> {
 
 impl Expose for View<'_> {
     fn expose(&self, pixel: [u32; 2], index: u32) -> Exposure {
-        let mut sample = PixelSampler::new(pixel, self.seed).sample(index);
-        let corner = Vec2::new(pixel[0] as f32, pixel[1] as f32);
-        let place = corner + self.scene.filter.offset(sample.next_2d());
-        // Two numbers that a pinhole leaves for what comes next.
-        let lens = self.scene.lens.map_or(Vec2::ZERO, |_| sample.next_2d());
-        let beam = self.camera.beam(place, lens);
-        integrator::expose(self.scene, beam, &mut sample, self.has_layers)
+        self.expose_all(&[pixel], index)[0]
+    }
+
+    fn expose_all(&self, pixels: &[[u32; 2]], index: u32) -> Vec<Exposure> {
+        let beams = pixels.iter().map(|&pixel| {
+            let mut sample = PixelSampler::new(pixel, self.seed).sample(index);
+            let corner = Vec2::new(pixel[0] as f32, pixel[1] as f32);
+            let place = corner + self.scene.filter.offset(sample.next_2d());
+            // Two numbers that a pinhole leaves for what comes next.
+            let lens = self.scene.lens.map_or(Vec2::ZERO, |_| sample.next_2d());
+            (self.camera.beam(place, lens), sample)
+        });
+        integrator::expose(self.scene, beams, self.has_layers)
     }
 }
 

@@ -1,0 +1,294 @@
+//! What happens where paths meet surfaces.
+
+use std::f32::consts::FRAC_1_PI;
+
+use glam::{Mat3, Vec3};
+use selvedge_normalize::warp::square_to_cosine_hemisphere;
+use selvedge_yarn_brdf::Shader;
+
+use super::{Estimator, balance, cloth::ClothPoints};
+use crate::{
+    render::{
+        exposure::{FirstHit, YarnSeen},
+        footprint::{self, Beam, Footprint},
+        intersect::{Hit, Ray},
+        sampler::Sample,
+    },
+    scene::{
+        Material, Scene, Surface,
+        mesh::{Mesh, SurfacePoint},
+        standard::StandardPoint,
+    },
+};
+
+/// The way on from a surface.
+pub(super) struct Bounce {
+    /// Unit length, world space.
+    pub(super) direction: Vec3,
+    /// f cos θ over the density.
+    pub(super) weight: Vec3,
+    /// With which the direction was chosen, sr⁻¹.
+    pub(super) density: f32,
+    /// Of the weight, by the diffuse lobe; 0 if nobody asked.
+    pub(super) diffuse_share: Vec3,
+}
+
+/// Something of each lobe of a surface.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Lobes {
+    pub(super) diffuse: Vec3,
+    pub(super) other: Vec3,
+}
+
+impl Lobes {
+    pub(super) fn scaled(self, by: Vec3) -> Self {
+        Self { diffuse: self.diffuse * by, other: self.other * by }
+    }
+
+    pub(super) fn is_dark(self) -> bool {
+        self.diffuse == Vec3::ZERO && self.other == Vec3::ZERO
+    }
+
+    /// The share of the diffuse lobe in each component.
+    pub(super) fn diffuse_share(self) -> Vec3 {
+        let all = self.diffuse + self.other;
+        Vec3::select(all.cmpgt(Vec3::ZERO), self.diffuse / all, Vec3::ZERO)
+    }
+}
+
+/// Light from one of the scene's lights, drawn at random.
+pub(super) struct Lit {
+    /// Towards it, unit, in the shading frame.
+    wi: Vec3,
+    /// And in world space.
+    direction: Vec3,
+    distance: f32,
+    /// With which it was found, sr⁻¹.
+    density: f32,
+    /// Of f: radiance and cosine over that density.
+    pub(super) weight: Vec3,
+}
+
+/// A point where a path meets a surface.
+pub(super) struct Vertex<'a> {
+    scatterer: Scatterer<'a>,
+    point: SurfacePoint,
+    hit: Hit,
+    /// Shading frame to world space.
+    frame: Mat3,
+    /// To where the path comes from.
+    wo: Vec3,
+}
+
+/// A material at a point.
+enum Scatterer<'a> {
+    Matte(Vec3),
+    Cloth(&'a Shader, Footprint),
+    Standard(StandardPoint),
+}
+
+impl<'a> Vertex<'a> {
+    pub(super) fn new(surface: &'a Surface, hit: Hit, beam: &Beam, sample: &mut Sample) -> Self {
+        let wo_world = -beam.ray.direction;
+        let point = facing_alike(&surface.mesh, &hit, wo_world);
+        let frame = point.frame();
+        let scatterer = match &surface.material {
+            Material::Matte(reflectance) => Scatterer::Matte(*reflectance),
+            Material::Cloth { shader, is_open } => {
+                let offsets = footprint::offsets(&point, beam, hit.t, sample.next_2d());
+                let exists = |uv| !is_open || shader.opacity(uv) > 0.0;
+                let footprint = Footprint::new(point.uv, offsets, exists);
+                Scatterer::Cloth(shader, footprint)
+            }
+            Material::Standard { standard, size } => {
+                // Of even width, with the beam's deviation.
+                let width = 12.0_f32.sqrt();
+                let axes = footprint::axes(&point, beam, hit.t);
+                let footprint = axes.map(|axis| axis * width / *size);
+                Scatterer::Standard(standard.at(point.uv / *size, footprint))
+            }
+        };
+        Self { scatterer, point, hit, frame, wo: frame.transpose() * wo_world }
+    }
+
+    /// Whether a direction is on the side seen from `wo`, of the shading normal and the triangle.
+    fn is_in_front(&self, wi: Vec3, wi_world: Vec3) -> bool {
+        let side = self.wo.z.signum();
+        side * wi.z > 0.0 && side * self.point.geometric_normal.dot(wi_world) > 0.0
+    }
+
+    /// One light, drawn at random, if it is in front.
+    pub(super) fn draw_light(&self, scene: &Scene, sample: &mut Sample) -> Option<Lit> {
+        let choice = sample.next_1d();
+        let square = sample.next_2d();
+        let chosen = scene.lights.choose(choice);
+        let (index, probability) = chosen.filter(|_| scene.estimator != Estimator::Directions)?;
+        let light = &scene.lights.as_slice()[index];
+        let light = light.sample(self.point.position, square)?;
+        let wi = self.frame.transpose() * light.direction;
+        self.is_in_front(wi, light.direction).then(|| Lit {
+            wi,
+            direction: light.direction,
+            distance: light.distance,
+            density: light.density * probability,
+            weight: wi.z.abs() * light.irradiance / probability,
+        })
+    }
+
+    /// Whether something is between here and the light.
+    pub(super) fn is_shadowed(&self, scene: &Scene, light: &Lit) -> bool {
+        let direction = light.direction;
+        let ray = Ray { origin: self.leave(scene, direction), direction };
+        scene.occluded(&ray, light.distance)
+    }
+
+    /// What shows here.
+    pub(super) fn seen(&self) -> FirstHit {
+        let side = self.wo.z.signum();
+        let (albedo, tangent, yarn) = match &self.scatterer {
+            Scatterer::Matte(reflectance) => (*reflectance, self.frame.x_axis, None),
+            Scatterer::Cloth(shader, footprint) => {
+                let places = footprint.places();
+                let albedo: Vec3 = places.iter().map(|&place| shader.albedo(place, self.wo)).sum();
+                let yarn = shader.yarn_at(places[0]);
+                let tangent = yarn.map_or(Vec3::X, |yarn| yarn.tangent.as_vec3());
+                let yarn = yarn.map(|yarn| YarnSeen {
+                    id: (yarn.segment.line as u32) << 1 | u32::from(yarn.segment.is_warp),
+                    kind: yarn.yarn,
+                });
+                (albedo / places.len() as f32, (self.frame * tangent).normalize(), yarn)
+            }
+            Scatterer::Standard(point) => (point.albedo(self.wo), self.frame.x_axis, None),
+        };
+        FirstHit {
+            albedo,
+            normal: self.frame.z_axis * side,
+            tangent,
+            distance: self.hit.t,
+            uv: self.point.uv,
+            yarn,
+        }
+    }
+
+    /// Where a ray in `direction` starts.
+    pub(super) fn leave(&self, scene: &Scene, direction: Vec3) -> Vec3 {
+        scene.geometry().offset(self.point.position, self.point.geometric_normal, direction)
+    }
+
+    /// The way on in the direction `wi`, if that is in front.
+    fn way_on(&self, wi: Vec3, weight: Vec3, density: f32, diffuse_share: Vec3) -> Option<Bounce> {
+        let direction = (self.frame * wi).normalize();
+        let goes_on = weight != Vec3::ZERO && self.is_in_front(wi, direction);
+        goes_on.then_some(Bounce { direction, weight, density, diffuse_share })
+    }
+}
+
+/// f without the cosine of each vertex that is lit: its share in what the light and [`bounces`] find,
+/// as `estimator` has it; nothing of the others.
+pub(super) fn scattering(
+    vertices: &[Vertex<'_>],
+    lit: &[Option<Lit>],
+    estimator: Estimator,
+) -> Vec<Lobes> {
+    let balance = |found, pdf| match estimator {
+        Estimator::Both => balance(found, pdf),
+        Estimator::Lights | Estimator::Directions => 1.0,
+    };
+    let mut cloth = ClothPoints::default();
+    let mut lobes: Vec<_> = vertices
+        .iter()
+        .zip(lit)
+        .enumerate()
+        .map(|(index, (vertex, lit))| {
+            let Some(lit) = lit else { return Lobes::default() };
+            match &vertex.scatterer {
+                Scatterer::Matte(reflectance) => {
+                    let balance = balance(lit.density, lit.wi.z.abs() * FRAC_1_PI);
+                    Lobes { diffuse: reflectance * FRAC_1_PI * balance, other: Vec3::ZERO }
+                }
+                Scatterer::Cloth(shader, footprint) => {
+                    for &place in footprint.places() {
+                        cloth.push(index, shader, place, lit.wi, vertex.wo);
+                    }
+                    Lobes::default()
+                }
+                Scatterer::Standard(point) => {
+                    let [diffuse, other] = point.eval_lobes(lit.wi, vertex.wo);
+                    let weight = balance(lit.density, point.pdf(lit.wi, vertex.wo));
+                    Lobes { diffuse, other }.scaled(Vec3::splat(weight))
+                }
+            }
+        })
+        .collect();
+    cloth.scattering(|index, f, pdf| {
+        let (Some(lit), Scatterer::Cloth(_, footprint)) = (&lit[index], &vertices[index].scatterer)
+        else {
+            return;
+        };
+        let weight = balance(lit.density, pdf) / footprint.places().len() as f32;
+        lobes[index].diffuse += f.diffuse * weight;
+        lobes[index].other += f.specular * weight;
+    });
+    lobes
+}
+
+/// A way on from each vertex, chosen by the numbers of its path; with the share of the diffuse lobe in
+/// it if `has_share`.
+pub(super) fn bounces<'a>(
+    vertices: &[Vertex<'_>],
+    samples: impl Iterator<Item = &'a mut Sample>,
+    has_share: bool,
+) -> Vec<Option<Bounce>> {
+    let mut cloth = ClothPoints::default();
+    let mut bounces: Vec<_> = vertices
+        .iter()
+        .zip(samples)
+        .enumerate()
+        .map(|(index, (vertex, sample))| match &vertex.scatterer {
+            Scatterer::Matte(reflectance) => {
+                let wi = square_to_cosine_hemisphere(sample.next_2d().as_dvec2()).as_vec3();
+                let density = wi.z * FRAC_1_PI;
+                let wi = wi.with_z(wi.z * vertex.wo.z.signum());
+                vertex.way_on(wi, *reflectance, density, Vec3::ONE)
+            }
+            Scatterer::Cloth(shader, footprint) => {
+                // One point stands for all: its own density follows it more closely than theirs.
+                let place = footprint.pick(sample.next_1d());
+                let choice = sample.next_1d();
+                let square = sample.next_2d();
+                cloth.push(index, shader, place, Vec3::new(choice, square.x, square.y), vertex.wo);
+                None
+            }
+            Scatterer::Standard(point) => {
+                let choice = sample.next_1d();
+                let square = sample.next_2d();
+                let drawn = point.sample(vertex.wo, [choice, square.x, square.y])?;
+                let [diffuse, other] = point.eval_lobes(drawn.wi, vertex.wo);
+                let share = Lobes { diffuse, other }.diffuse_share();
+                vertex.way_on(drawn.wi, drawn.weight, drawn.pdf, share)
+            }
+        })
+        .collect();
+    cloth.samples(|index, shader, place, drawn| {
+        let vertex = &vertices[index];
+        let share = if has_share {
+            let f = shader.eval_lobes(place, drawn.wi, vertex.wo);
+            Lobes { diffuse: f.diffuse, other: f.specular }.diffuse_share()
+        } else {
+            Vec3::ZERO
+        };
+        bounces[index] = vertex.way_on(drawn.wi, drawn.weight, drawn.pdf, share);
+    });
+    bounces
+}
+
+/// The surface at `hit`. Where the shading normal says that `wo_world` looks at the other side than
+/// the triangle does, as happens at silhouettes, the triangle is right.
+fn facing_alike(mesh: &Mesh, hit: &Hit, wo_world: Vec3) -> SurfacePoint {
+    let point = mesh.surface(hit.triangle, hit.barycentrics);
+    if point.normal.dot(wo_world) * point.geometric_normal.dot(wo_world) > 0.0 {
+        point
+    } else {
+        SurfacePoint { normal: point.geometric_normal, ..point }
+    }
+}
