@@ -27,6 +27,7 @@ pub const MIN_SIZE: f64 = 0.1;
 /// How highlight and diffuse reflection add up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum Combination {
     /// The diffuse gets exactly what the highlight leaves, in and out (Kelemen & Szirmay-Kalos
@@ -92,6 +93,7 @@ pub struct Cloth {
 /// `w sin u_max ≥ l`, which no conic spine can join.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum Steep {
     /// They are shaded with the greatest u_max that fits; [`Shader::lowered`] tells.

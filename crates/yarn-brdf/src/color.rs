@@ -28,6 +28,38 @@ impl<'de> Deserialize<'de> for Color {
     }
 }
 
+#[cfg(feature = "schema")]
+impl Color {
+    /// The JSON Schema of colours of which each number is from `low` to `high`.
+    pub fn schema_within(low: f64, high: f64) -> schemars::Schema {
+        schemars::json_schema!({
+            "description": "Linear [red, green, blue], one number for a grey, or \"#rrggbb\" in sRGB",
+            "anyOf": [
+                {
+                    "type": "array",
+                    "items": { "type": "number", "minimum": low, "maximum": high },
+                    "minItems": 3,
+                    "maxItems": 3
+                },
+                { "type": "number", "minimum": low, "maximum": high },
+                { "type": "string", "pattern": "^#[0-9A-Fa-f]{6}$" }
+            ]
+        })
+    }
+}
+
+/// Each number of a colour from 0 to 1.
+#[cfg(feature = "schema")]
+impl schemars::JsonSchema for Color {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Color".into()
+    }
+
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        Self::schema_within(0.0, 1.0)
+    }
+}
+
 struct ColorVisitor;
 
 impl<'de> Visitor<'de> for ColorVisitor {

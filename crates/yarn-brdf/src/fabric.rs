@@ -1,5 +1,7 @@
 //! `Fabric`: what a draft leaves open, above all the yarns.
 
+#[cfg(feature = "schema")]
+use core::f64::consts::TAU;
 use std::collections::HashMap;
 
 use glam::DVec2;
@@ -55,6 +57,7 @@ use crate::yarn::{Highlight, Yarn};
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 pub struct Fabric {
     /// What all yarn has in common. Colour and size are those of the threads where this leaves them
@@ -67,14 +70,17 @@ pub struct Fabric {
     pub mapping: Mapping,
     /// What the highlight is normalised to.
     #[cfg_attr(feature = "serde", serde(with = "ModeName"))]
+    #[cfg_attr(feature = "schema", schemars(with = "ModeName"))]
     pub normalization: Mode,
     /// How highlight and diffuse add up.
     pub combination: Combination,
     /// What becomes of segments too short to bend as far as their yarn.
     pub steep: Steep,
     /// As [`Cloth::rotation`]: rad, in [−2π, 2π].
+    #[cfg_attr(feature = "schema", schemars(range(min = -TAU, max = TAU)))]
     pub rotation: f64,
     /// Times how much smaller the weave is than its pitch tells: 1, in [10⁻⁶, 10⁶].
+    #[cfg_attr(feature = "schema", schemars(range(min = 1e-6, max = 1e6)))]
     pub scale: f64,
     /// Chooses the irregularities.
     pub seed: u64,
@@ -85,6 +91,7 @@ pub struct Fabric {
 /// A thread must be all of what is given.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[cfg_attr(feature = "serde", serde(expecting = "an object, an override"))]
 pub struct Override {
@@ -96,6 +103,7 @@ pub struct Override {
     pub color: Option<u32>,
     /// Between these two, both included, where the first end or pick of the draft is 1.
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
+    #[cfg_attr(feature = "schema", schemars(inner(range(min = 1))))]
     pub threads: Option<[u32; 2]>,
     /// The parameters that differ.
     pub yarn: PartialYarn,
@@ -104,10 +112,14 @@ pub struct Override {
 /// The names of modes in files.
 #[cfg(feature = "serde")]
 #[derive(serde::Serialize, serde::Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(remote = "Mode", rename_all = "snake_case")]
 enum ModeName {
+    /// No point reflects more than it receives.
     Pointwise,
+    /// No segment of yarn reflects more than it receives, all its points together.
     Segment,
+    /// Nothing bounds it, for comparisons.
     None,
 }
 

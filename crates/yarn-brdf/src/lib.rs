@@ -95,6 +95,8 @@ mod ring;
 mod rough;
 mod rules;
 mod sampling;
+#[cfg(feature = "schema")]
+mod schema;
 mod segment;
 mod shader;
 mod staple;

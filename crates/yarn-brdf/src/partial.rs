@@ -8,13 +8,15 @@ use crate::yarn::{Diffuse, Highlight, Yarn};
 /// them. Choices, which are not numbers, stand first.
 macro_rules! partial {
     (
-        $(#[$meta:meta])* $name:ident, named $prefix:literal
+        $(#[$meta:meta])* $name:ident, named $prefix:literal, described by $describe:ident
         choices { $($(#[$choice_meta:meta])* $choice:ident: $type:ty,)* }
         numbers { $($(#[$number_meta:meta])* $number:ident,)* }
     ) => {
         $(#[$meta])*
         #[derive(Clone, Debug, Default, PartialEq)]
         #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+        #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+        #[cfg_attr(feature = "schema", schemars(transform = crate::schema::$describe))]
         #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
         #[cfg_attr(feature = "serde", serde(expecting = "an object of parameters"))]
         pub struct $name {
@@ -45,24 +47,27 @@ partial! {
     /// [`Yarn`].
     ///
     /// In files a colour is three linear numbers, one number for a grey, or `"#rrggbb"` in sRGB.
-    PartialYarn, named ""
+    PartialYarn, named "", described by describe_yarn
     choices {
-        /// [`Yarn::color`]; as in the draft if open.
+        /// Diffuse reflectance, [`Yarn::color`]; as in the draft if open.
         #[cfg_attr(feature = "serde", serde(deserialize_with = "crate::color::optional"))]
+        #[cfg_attr(feature = "schema", schemars(with = "Option<crate::Color>"))]
         color: Option<[f32; 3]>,
-        /// [`Yarn::specular`] before [`tint`](PartialYarn::tint).
+        /// Colour and amount of the highlight, [`Yarn::specular`], before [`tint`](PartialYarn::tint).
         #[cfg_attr(feature = "serde", serde(deserialize_with = "crate::color::optional"))]
+        #[cfg_attr(feature = "schema", schemars(with = "Option<crate::Color>"))]
         specular: Option<[f32; 3]>,
-        /// [`Yarn::specular_uniform`], which no tint changes.
+        /// Colour and amount of its uniform part, [`Yarn::specular_uniform`], which no tint changes.
         #[cfg_attr(feature = "serde", serde(deserialize_with = "crate::color::optional"))]
+        #[cfg_attr(feature = "schema", schemars(with = "Option<crate::Color>"))]
         specular_uniform: Option<[f32; 3]>,
-        /// [`Yarn::diffuse`].
+        /// How the diffuse reflection follows the surface, [`Yarn::diffuse`].
         diffuse: Option<Diffuse>,
-        /// [`Yarn::highlight`].
+        /// What spreads the highlight over the segment, [`Yarn::highlight`].
         highlight: Option<Highlight>,
-        /// [`Yarn::phase`].
+        /// Scattering about the fibre, [`Yarn::phase`].
         phase: Option<Phase>,
-        /// [`Yarn::noise`].
+        /// Irregularities, [`Yarn::noise`].
         noise: PartialNoise,
     }
     numbers {
@@ -101,7 +106,7 @@ partial! {
 partial! {
     /// Irregularities of a yarn; `None` leaves one as it is. Units and ranges are those of
     /// [`Noise`](crate::Noise).
-    PartialNoise, named "noise."
+    PartialNoise, named "noise.", described by describe_noise
     choices {}
     numbers {
         /// [`Noise::intensity`](crate::Noise::intensity).

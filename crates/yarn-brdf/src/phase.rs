@@ -13,6 +13,8 @@ use crate::real::Real;
 /// integral over the cone is 1 at every inclination.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(transform = crate::schema::add_ranges))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case", deny_unknown_fields))]
 #[non_exhaustive]
 pub enum Phase {
@@ -55,7 +57,17 @@ pub enum Phase {
         is_backward: bool,
     },
     /// Measured or drawn.
-    Tabulated(PhaseTable),
+    Tabulated(
+        #[cfg_attr(
+            feature = "schema",
+            schemars(
+                with = "Vec<f64>",
+                length(min = 2, max = PhaseTable::MAX_SAMPLES),
+                inner(range(min = 0.0))
+            )
+        )]
+        PhaseTable,
+    ),
 }
 
 /// Even samples of a phase function over |Δφ|, linear between them.

@@ -41,6 +41,7 @@ use crate::yarn::{FILAMENT_U_MAX, Highlight, Yarn};
 /// How the rectangle of a segment is laid on the cylinder.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum Mapping {
     /// The orthographic view of the bent cylinder, `x = sin v`, `y = sin u / sin u_max` (Nelson,

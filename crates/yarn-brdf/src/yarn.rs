@@ -65,6 +65,8 @@ pub struct Yarn {
 /// What spreads the highlight of a segment, which for ideal fibres is a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(transform = crate::schema::add_ranges))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case", deny_unknown_fields))]
 pub enum Highlight {
     /// A band drawn along the line (Irawan & Marschner 2012, equations 12 and 13).
@@ -84,6 +86,7 @@ pub enum Highlight {
 /// How the diffuse reflection follows the surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum Diffuse {
     /// By the normal of the cloth, as in the paper.
