@@ -1,5 +1,6 @@
 //! What JSON holds, or where what is wrong with it.
 
+use schemars::{JsonSchema, Schema, generate::SchemaSettings, transform::RecursiveTransform};
 use serde::de::DeserializeOwned;
 
 /// The value in `text`, or where what is wrong with it, and what would not be:
@@ -12,6 +13,33 @@ pub(crate) fn parse<T: DeserializeOwned>(
     more: &dyn Fn(&[&str]) -> &'static [&'static str],
 ) -> Result<T, String> {
     serde_json::from_slice(text).map_err(|error| describe(text, &error, more))
+}
+
+/// The JSON Schema (draft 2020-12) of what is read as a `T`.
+pub(crate) fn schema<T: JsonSchema>() -> Schema {
+    let describe = RecursiveTransform(|schema: &mut Schema| {
+        if let Some(text) = schema.get("description").and_then(|text| text.as_str()) {
+            let text = without_markup(text);
+            schema.insert("description".to_owned(), text.into());
+        }
+    });
+    let settings = SchemaSettings::draft2020_12().with_transform(describe);
+    settings.into_generator().into_root_schema_for::<T>()
+}
+
+/// A docstring without links, each paragraph that is no formula on one line.
+fn without_markup(doc: &str) -> String {
+    let mut text = doc.replace("[`", "`");
+    while let Some((before, after)) = text.split_once("`](") {
+        let after = after.split_once(')').map_or("", |(_, after)| after);
+        text = format!("{before}`{after}");
+    }
+    let text = text.replace("`]", "`");
+    let paragraphs = text.split("\n\n").map(|paragraph| {
+        let is_formula = paragraph.starts_with("```");
+        if is_formula { paragraph.to_owned() } else { paragraph.replace('\n', " ") }
+    });
+    paragraphs.collect::<Vec<_>>().join("\n\n")
 }
 
 /// The error in `json` as `line 3, column 7: found, expected`.
@@ -113,5 +141,17 @@ pub(crate) fn nearest(found: &str, known: &[&str]) -> String {
     match likeness.max_by(|a, b| a.0.total_cmp(&b.0)) {
         Some((likeness, name)) if likeness >= ALIKE => format!("{name:?}"),
         _ => format!("one of {}", known.join(", ")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn docstrings_become_plain_text() {
+        let doc = "As [`A::b`], before [`c`](D::c) in [0, 1];\nsee there.\n\n```text\nx\ny\n```";
+        let text = "As `A::b`, before `c` in [0, 1]; see there.\n\n```text\nx\ny\n```";
+        assert_eq!(without_markup(doc), text);
     }
 }

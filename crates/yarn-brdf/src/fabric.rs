@@ -95,7 +95,7 @@ pub struct Fabric {
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[cfg_attr(feature = "serde", serde(expecting = "an object, an override"))]
 pub struct Override {
-    /// Ends, not picks; `Some(false)` for picks, not ends. In files `warp`.
+    /// Whether it is for ends alone, or else for picks alone. In files `warp`.
     #[cfg_attr(feature = "serde", serde(rename = "warp", skip_serializing_if = "Option::is_none"))]
     pub is_warp: Option<bool>,
     /// Of the colour with this number in the palette of the draft.

@@ -43,7 +43,7 @@ macro_rules! partial {
 }
 
 partial! {
-    /// Parameters of a yarn; `None` leaves one as it is. Names, units and ranges are those of
+    /// Parameters of a yarn; one that is open stays as it is. Names, units and ranges are those of
     /// [`Yarn`].
     ///
     /// In files a colour is three linear numbers, one number for a grey, or `"#rrggbb"` in sRGB.
@@ -77,6 +77,7 @@ partial! {
         /// ```text
         /// specular · (1 − tint + tint · color)
         /// ```
+        #[cfg_attr(feature = "schema", schemars(range(min = 0.0, max = 1.0)))]
         tint,
         /// [`Yarn::opacity`].
         opacity,
@@ -104,7 +105,7 @@ partial! {
 }
 
 partial! {
-    /// Irregularities of a yarn; `None` leaves one as it is. Units and ranges are those of
+    /// Irregularities of a yarn; one that is open stays as it is. Units and ranges are those of
     /// [`Noise`](crate::Noise).
     PartialNoise, named "noise.", described by describe_noise
     choices {}

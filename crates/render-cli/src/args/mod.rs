@@ -7,7 +7,7 @@ mod image;
 use std::path::PathBuf;
 
 use clap::{
-    Args, Parser, Subcommand,
+    Args, Parser, Subcommand, ValueEnum,
     builder::{PathBufValueParser, TypedValueParser},
 };
 use thiserror::Error;
@@ -61,6 +61,9 @@ pub enum Command {
 
     /// Lists the fabrics that are compiled in, which render and swatch draw as preset:NAME
     Presets,
+
+    /// Prints the JSON Schema of scenes or fabrics, for editors and programs that write them
+    Schema(SchemaOptions),
 
     /// Tells about, checks, draws and rewrites a draft
     #[command(subcommand)]
@@ -156,6 +159,23 @@ pub struct SwatchOptions {
     /// The other face, turned over like a page: end 1 is at the right
     #[arg(long)]
     pub back: bool,
+}
+
+/// Arguments of `selvedge schema`.
+#[derive(Clone, Copy, Debug, Args)]
+pub struct SchemaOptions {
+    /// What it describes
+    #[arg(value_enum)]
+    pub of: Described,
+}
+
+/// What has a JSON Schema.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Described {
+    /// What selvedge render draws: camera, film, materials, objects and lights
+    Scene,
+    /// What a cloth is: a draft and its yarns
+    Fabric,
 }
 
 fn exposure(text: &str) -> Result<f32, String> {

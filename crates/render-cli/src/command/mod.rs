@@ -6,4 +6,5 @@ pub mod image;
 pub mod presets;
 mod progress;
 pub mod render;
+pub mod schema;
 pub mod swatch;

@@ -1,7 +1,8 @@
 //! The fabric as a file: `"version": 1`, a draft, and the fields of a [`Fabric`].
 
-use std::{fmt, path::PathBuf};
+use std::{borrow::Cow, fmt, path::PathBuf};
 
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use selvedge_yarn_brdf::Fabric;
 use serde::{
     Deserialize, Deserializer,
@@ -107,6 +108,51 @@ impl<'de, A: MapAccess<'de>> MapAccess<'de> for Body<'_, A> {
 
     fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, A::Error> {
         self.map.next_value_seed(seed)
+    }
+}
+
+/// A draft, and the yarn that it is woven in. Paths start at the file.
+#[derive(JsonSchema)]
+#[schemars(title = "A fabric of Selvedge", deny_unknown_fields)]
+#[expect(dead_code, reason = "its fields are there to be described")]
+struct Described {
+    /// Version of the format, 1.
+    #[schemars(extend("const" = VERSION))]
+    version: u64,
+    /// What is woven.
+    draft: DraftSource,
+    #[schemars(flatten)]
+    fabric: Fabric,
+}
+
+impl JsonSchema for FabricFile {
+    fn schema_name() -> Cow<'static, str> {
+        "Fabric".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        Described::json_schema(generator)
+    }
+}
+
+impl JsonSchema for DraftSource {
+    fn schema_name() -> Cow<'static, str> {
+        "DraftSource".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({
+            "anyOf": [
+                { "description": "The path of a draft (WIF)", "type": "string" },
+                {
+                    "description": "The text of a draft (WIF)",
+                    "type": "object",
+                    "properties": { "wif": { "type": "string" } },
+                    "required": ["wif"],
+                    "additionalProperties": false
+                }
+            ]
+        })
     }
 }
 

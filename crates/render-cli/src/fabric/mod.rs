@@ -5,6 +5,7 @@ pub mod presets;
 
 use std::path::{Path, PathBuf};
 
+use schemars::Schema;
 use selvedge_wif::Drawdown;
 use selvedge_yarn_brdf::{Cloth, ClothError, Fabric, Shader, Thread, Weave};
 use thiserror::Error;
@@ -116,6 +117,11 @@ fn preset(name: &str) -> Result<FabricSource, FabricError> {
     };
     let draft = DraftFile::new(format!("{full_name}: draft"), wif.as_bytes());
     Ok(FabricSource { name: full_name, draft, fabric })
+}
+
+/// The JSON Schema of fabrics in files.
+pub fn schema() -> Schema {
+    json::schema::<FabricFile>()
 }
 
 impl FabricSource {

@@ -5,21 +5,31 @@
 
 mod check;
 mod groups;
+mod schema;
 
 use std::{collections::BTreeMap, marker::PhantomData, path::PathBuf};
 
 use glam::Vec3;
+use schemars::{JsonSchema, Schema};
 use selvedge_yarn_brdf::Color;
 use serde::{Deserialize, Deserializer, de::Error as _};
 
-use crate::{json, render::film::Filter};
+use crate::{
+    json,
+    render::film::{Filter, MAX_PIXELS},
+    scene::MAX_DEPTH,
+};
 
-/// What a file holds.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+/// A scene.
+///
+/// Lengths are in metres, angles in degrees, z points up; paths start at the file.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(title = "A scene of Selvedge")]
 pub struct SceneFile {
     /// Version of the format, 1.
     #[serde(deserialize_with = "version")]
+    #[schemars(extend("const" = 1))]
     pub version: u64,
     /// From where it is seen.
     pub camera: CameraFile,
@@ -28,6 +38,7 @@ pub struct SceneFile {
     pub film: FilmFile,
     /// Surfaces after which a path ends: 1 shows what lights alone light.
     #[serde(default = "default_depth")]
+    #[schemars(range(min = 1, max = MAX_DEPTH))]
     pub depth: u32,
     /// What things are made of, by name.
     #[serde(deserialize_with = "by_name")]
@@ -36,45 +47,55 @@ pub struct SceneFile {
     #[serde(default, deserialize_with = "by_name")]
     pub groups: BTreeMap<String, Vec<ObjectFile>>,
     /// What stands in the scene.
+    #[schemars(length(min = 1))]
     pub objects: Vec<ObjectFile>,
     /// What lights it.
+    #[schemars(length(min = 1))]
     pub lights: Vec<LightFile>,
 }
 
 /// A perspective camera.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CameraFile {
     /// Centre of the lens, m.
+    #[schemars(schema_with = "schema::point")]
     pub position: Vec3,
     /// A point in the middle of the picture, m.
+    #[schemars(schema_with = "schema::point")]
     pub target: Vec3,
     /// A direction that points up in the picture.
     #[serde(default = "z_axis")]
+    #[schemars(schema_with = "schema::point")]
     pub up: Vec3,
     /// Angle between the left and the right edge, degrees.
+    #[schemars(range(min = 0.001, max = 170.0))]
     pub fov_deg: f32,
     /// Radius of the lens, m; 0 has everything in focus.
     #[serde(default)]
+    #[schemars(range(min = 0.0, max = 1e6))]
     pub aperture: f32,
     /// Distance at which a lens is in focus, m; that of the target if it is not given.
+    #[schemars(range(min = 1e-6, max = 1e6))]
     pub focus: Option<f32>,
 }
 
 /// What the camera exposes.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct FilmFile {
     /// Width and height, pixels.
+    #[schemars(inner(range(min = 1, max = MAX_PIXELS)))]
     pub size: [u32; 2],
     /// Left, upper, right and lower edge of the part that is rendered, pixels.
     pub crop: Option<[u32; 4]>,
     /// How samples make a pixel.
+    #[schemars(schema_with = "schema::filter")]
     pub filter: Filter,
 }
 
 /// What a thing is made of.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum MaterialFile {
     /// Woven cloth.
@@ -88,6 +109,7 @@ pub enum MaterialFile {
     /// Scatters evenly.
     Diffuse {
         /// Share of the light that is scattered, in [0, 1].
+        #[schemars(schema_with = "schema::share")]
         reflectance: Color,
     },
     /// Textures on a glossy surface.
@@ -95,7 +117,7 @@ pub enum MaterialFile {
 }
 
 /// Textures on a glossy surface: an anisotropic GGX over a diffuse base.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct StandardFile {
     /// Reflectance of the base.
@@ -110,9 +132,11 @@ pub struct StandardFile {
     pub specular: ColorSource,
     /// From −1 (along v) to 1 (along u).
     #[serde(default)]
+    #[schemars(range(min = -1.0, max = 1.0))]
     pub anisotropy: f32,
     /// Width and height on the surface of one repeat of the textures, m.
     #[serde(default = "one_by_one")]
+    #[schemars(schema_with = "schema::lengths")]
     pub size: [f32; 2],
 }
 
@@ -126,7 +150,7 @@ pub enum ColorSource {
 }
 
 /// A thing.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ObjectFile {
     /// Its shape.
@@ -138,11 +162,12 @@ pub struct ObjectFile {
     pub place: PlaceFile,
     /// What its uv are multiplied by to be metres along the cloth.
     #[serde(default = "one")]
+    #[schemars(schema_with = "schema::length")]
     pub uv_scale: f32,
 }
 
 /// The shape of a thing, about the origin, z up.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum ShapeFile {
     /// A mesh in a file: OBJ, PLY, glTF.
@@ -153,20 +178,25 @@ pub enum ShapeFile {
     /// A rectangle at z = 0.
     Plane {
         /// Along x, m.
+        #[schemars(schema_with = "schema::length")]
         width: f32,
         /// Along y, m.
+        #[schemars(schema_with = "schema::length")]
         height: f32,
     },
     /// A sphere.
     Sphere {
-        /// m.
+        /// Its radius, m.
+        #[schemars(schema_with = "schema::length")]
         radius: f32,
     },
     /// A cylinder along z without ends.
     Cylinder {
-        /// m.
+        /// Its radius, m.
+        #[schemars(schema_with = "schema::length")]
         radius: f32,
-        /// m.
+        /// Along z, m.
+        #[schemars(schema_with = "schema::length")]
         height: f32,
     },
     /// A wavy sheet of 2 × 2 m.
@@ -179,6 +209,7 @@ pub enum ShapeFile {
     /// A cloth that has fallen over a low drum.
     Drape {
         /// Side of the cloth, m.
+        #[schemars(range(min = 0.001, max = 1000.0))]
         side: f32,
     },
     /// One of the scene's groups.
@@ -189,49 +220,62 @@ pub enum ShapeFile {
 }
 
 /// Where a thing stands: scaled, then turned about x, y and z in turn, then moved.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct PlaceFile {
     /// Factor of all lengths.
+    #[schemars(schema_with = "schema::length")]
     pub scale: f32,
-    /// Degrees.
+    /// Turns about x, y and z, degrees.
+    #[schemars(schema_with = "schema::point")]
     pub rotate_deg: Vec3,
-    /// m.
+    /// Where its origin goes, m.
+    #[schemars(schema_with = "schema::point")]
     pub translate: Vec3,
 }
 
 /// What lights a scene. Radiances are linear, in W/(m² sr) or any unit.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum LightFile {
     /// A rectangle that shines from one side.
     Quad {
         /// Its middle, m.
+        #[schemars(schema_with = "schema::point")]
         centre: Vec3,
         /// A point that it faces, m.
+        #[schemars(schema_with = "schema::point")]
         toward: Vec3,
         /// Width and height, m.
+        #[schemars(schema_with = "schema::lengths")]
         size: [f32; 2],
         /// What leaves it.
+        #[schemars(schema_with = "schema::emission")]
         radiance: Color,
     },
     /// A ball that shines.
     Sphere {
         /// Its middle, m.
+        #[schemars(schema_with = "schema::point")]
         centre: Vec3,
-        /// m.
+        /// Its radius, m.
+        #[schemars(schema_with = "schema::length")]
         radius: f32,
         /// What leaves it.
+        #[schemars(schema_with = "schema::emission")]
         radiance: Color,
     },
     /// Light from far away.
     Distant {
         /// Where it comes from.
+        #[schemars(schema_with = "schema::point")]
         from: Vec3,
         /// On a surface that faces it.
+        #[schemars(schema_with = "schema::emission")]
         irradiance: Color,
         /// Diameter in degrees; 0 is a point.
         #[serde(default)]
+        #[schemars(range(min = 0.0, max = 180.0))]
         angle_deg: f32,
     },
     /// Six lights from afar, all around at one height.
@@ -251,6 +295,7 @@ pub enum LightFile {
     /// The same from everywhere.
     Constant {
         /// From each direction.
+        #[schemars(schema_with = "schema::emission")]
         radiance: Color,
     },
     /// A picture of all directions, latitude by longitude, z up: EXR or HDR.
@@ -259,9 +304,11 @@ pub enum LightFile {
         path: PathBuf,
         /// Turned about z, degrees.
         #[serde(default)]
+        #[schemars(range(min = -1e6, max = 1e6))]
         rotation_deg: f32,
         /// Factor of its radiance.
         #[serde(default = "one")]
+        #[schemars(range(min = 0.0, max = 1e6))]
         scale: f32,
     },
 }
@@ -402,6 +449,14 @@ fn half() -> ColorSource {
 
 fn dielectric() -> ColorSource {
     ColorSource::Constant(Vec3::splat(0.04))
+}
+
+/// The JSON Schema of scenes in files.
+///
+/// What it refuses, [`parse`] refuses too. It cannot say that names are those of something, that
+/// a direction is none, or what depends on several numbers.
+pub fn schema() -> Schema {
+    json::schema::<SceneFile>()
 }
 
 /// The scene in `text`, or where what is wrong with it, and what would not be.

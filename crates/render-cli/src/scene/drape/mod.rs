@@ -77,8 +77,9 @@ pub struct SideError {
 /// Side of the cloth that the scene is composed for, in metres: a handkerchief.
 pub const DEFAULT_SIDE: f32 = 0.42;
 
-const MIN_SIDE: f32 = 0.001;
-const MAX_SIDE: f32 = 1000.0;
+/// Range of the side of the cloth, in metres.
+pub(super) const MIN_SIDE: f32 = 0.001;
+pub(super) const MAX_SIDE: f32 = 1000.0;
 
 /// Medium-weight cotton on polished wood.
 const MATERIAL: Material = Material {

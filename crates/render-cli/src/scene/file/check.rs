@@ -6,7 +6,14 @@ use selvedge_yarn_brdf::Color;
 use super::{
     ColorSource, LightFile, MaterialFile, ObjectFile, RIG_LIGHTS, SceneFile, ShapeFile, groups,
 };
-use crate::{json, render::film::Size, scene::MAX_DEPTH};
+use crate::{
+    json,
+    render::film::Size,
+    scene::{
+        MAX_DEPTH,
+        drape::{MAX_SIDE, MIN_SIDE},
+    },
+};
 
 /// Greatest coordinate, m.
 const FARTHEST: f32 = 1e6;
@@ -95,7 +102,9 @@ impl SceneFile {
                     length("cylinder.radius", radius)?;
                     length("cylinder.height", height)?;
                 }
-                ShapeFile::Drape { side } => length("drape.side", side)?,
+                ShapeFile::Drape { side } => {
+                    range(&format!("{at}.shape.drape.side"), side, MIN_SIDE, MAX_SIDE)?;
+                }
                 ShapeFile::Wrinkled { side } => length("wrinkled.side", side)?,
                 ShapeFile::File { .. } | ShapeFile::Sheet {} | ShapeFile::Group { .. } => {}
             }
