@@ -1,13 +1,11 @@
 //! From the name of a draft to its drawdown, with messages that name the file.
 
-use std::{
-    fs::File,
-    io::{self, Read},
-    path::Path,
-};
+use std::path::Path;
 
 use selvedge_wif::{Diagnostic, Draft, Drawdown, DrawdownError, Location, Parse, Severity, Span};
 use thiserror::Error;
+
+use crate::input::{self, InputError};
 
 /// A file as the parser read it, whether or not it is a draft.
 #[derive(Clone, Debug)]
@@ -20,32 +18,9 @@ pub struct DraftFile {
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum DraftError {
-    /// There is no file of that name.
-    #[error("{name}: no such file")]
-    NotFound {
-        /// The file.
-        name: String,
-    },
-    /// The name is that of a folder.
-    #[error("{name}: found a folder, expected a WIF file")]
-    Folder {
-        /// The file.
-        name: String,
-    },
-    /// The file cannot be read.
-    #[error("{name}: cannot be read")]
-    Unreadable {
-        /// The file.
-        name: String,
-        /// What the system says.
-        source: io::Error,
-    },
-    /// The file is larger than any draft.
-    #[error("{name}: found more than {MAX_BYTES} bytes, expected a WIF file")]
-    TooLarge {
-        /// The file.
-        name: String,
-    },
+    /// There is no readable file.
+    #[error(transparent)]
+    Input(#[from] InputError),
     /// The file is not a draft.
     #[error("{report}")]
     NotADraft {
@@ -71,7 +46,7 @@ const MAX_BYTES: u64 = 1 << 28;
 ///
 /// [`DraftError`] when there is no readable file.
 pub fn read(path: &Path) -> Result<DraftFile, DraftError> {
-    Ok(DraftFile::new(name(path), &read_bytes(path)?))
+    Ok(DraftFile::new(input::name(path), &read_bytes(path)?))
 }
 
 /// The bytes of the file at `path`, or of standard input for `-`.
@@ -80,26 +55,7 @@ pub fn read(path: &Path) -> Result<DraftFile, DraftError> {
 ///
 /// As for [`read`].
 pub fn read_bytes(path: &Path) -> Result<Vec<u8>, DraftError> {
-    let name = name(path);
-    let bytes = if is_stdin(path) { read_some(io::stdin()) } else { read_file(path) };
-    match bytes {
-        Ok(bytes) if bytes.len() as u64 > MAX_BYTES => Err(DraftError::TooLarge { name }),
-        Ok(bytes) => Ok(bytes),
-        Err(error) if error.kind() == io::ErrorKind::NotFound => Err(DraftError::NotFound { name }),
-        Err(error) if error.kind() == io::ErrorKind::IsADirectory => {
-            Err(DraftError::Folder { name })
-        }
-        Err(source) => Err(DraftError::Unreadable { name, source }),
-    }
-}
-
-/// What messages call the file at `path`.
-pub fn name(path: &Path) -> String {
-    if is_stdin(path) { "standard input".to_owned() } else { path.display().to_string() }
-}
-
-fn is_stdin(path: &Path) -> bool {
-    path == Path::new("-")
+    Ok(input::read(path, "WIF file", MAX_BYTES)?)
 }
 
 impl DraftFile {
@@ -212,21 +168,6 @@ impl DraftFile {
         let label = format!("{}: ", diagnostic.severity);
         format!("{}: {}", self.name, text.strip_prefix(&label).unwrap_or(&text))
     }
-}
-
-fn read_file(path: &Path) -> io::Result<Vec<u8>> {
-    let file = File::open(path)?;
-    if file.metadata()?.is_dir() {
-        return Err(io::ErrorKind::IsADirectory.into());
-    }
-    read_some(file)
-}
-
-/// No more than it takes to see that it is too much.
-fn read_some(reader: impl Read) -> io::Result<Vec<u8>> {
-    let mut bytes = Vec::new();
-    reader.take(MAX_BYTES + 1).read_to_end(&mut bytes)?;
-    Ok(bytes)
 }
 
 #[cfg(test)]

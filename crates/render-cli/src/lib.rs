@@ -19,6 +19,7 @@ pub mod command;
 pub mod draft;
 pub mod fabric;
 pub mod image;
+pub mod input;
 pub mod interrupt;
 mod json;
 pub mod output;

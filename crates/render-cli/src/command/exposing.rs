@@ -3,17 +3,17 @@
 
 use std::{
     ffi::OsString,
-    fs::{self, File},
-    io::{self, BufReader},
+    fs,
+    io::BufReader,
     path::{Path, PathBuf},
 };
 
-use anyhow::{Context, anyhow, bail};
+use anyhow::{Context, bail};
 
 use super::progress::Reporter;
 use crate::{
     args::{ProgressForm, RenderOptions},
-    interrupt,
+    input, interrupt,
     output::{Destination, tell},
     render::{
         accumulate::{Accumulator, Layers},
@@ -114,13 +114,7 @@ fn beside(output: &Path) -> PathBuf {
 
 fn load(plan: &Plan, path: &Path) -> anyhow::Result<Accumulator> {
     let name = path.display();
-    let file = File::open(path).map_err(|error| match error.kind() {
-        io::ErrorKind::NotFound => anyhow!("{name}: no such file"),
-        _ => anyhow!(error).context(format!("{name}: cannot be read")),
-    })?;
-    if path.is_dir() {
-        bail!("{name}: found a folder, expected a checkpoint");
-    }
+    let file = input::open(path, "checkpoint")?;
     checkpoint::read(plan, &mut BufReader::new(file)).with_context(|| name.to_string())
 }
 

@@ -16,7 +16,7 @@ use self::{
 };
 use crate::{
     draft::{self, DraftError, DraftFile},
-    json,
+    input, json,
     scene::source::is_scene,
 };
 
@@ -77,7 +77,7 @@ pub fn read(path: &Path) -> Result<FabricSource, FabricError> {
     if let Some(name) = path.to_str().and_then(|path| path.strip_prefix(PRESET)) {
         return preset(name);
     }
-    let name = draft::name(path);
+    let name = input::name(path);
     let bytes = draft::read_bytes(path)?;
     let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
     let is_json = text.trim_ascii_start().starts_with(b"{")

@@ -1,46 +1,19 @@
 //! From a file to a picture, by what is in the file and not by its name.
 
-use std::{
-    fs::File,
-    io::{self, Read},
-    path::Path,
-};
+use std::path::Path;
 
 use thiserror::Error;
 
 use super::{Picture, exr, exr::ExrError, hdr, hdr::HdrError, limit, png, png::PngError};
-use crate::draft;
+use crate::input::{self, InputError};
 
 /// Why a file gives no picture.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ReadError {
-    /// There is no file of that name.
-    #[error("{name}: no such file")]
-    NotFound {
-        /// The file.
-        name: String,
-    },
-    /// The name is that of a folder.
-    #[error("{name}: found a folder, expected a picture")]
-    Folder {
-        /// The file.
-        name: String,
-    },
-    /// The file cannot be read.
-    #[error("{name}: cannot be read")]
-    Unreadable {
-        /// The file.
-        name: String,
-        /// What the system says.
-        source: io::Error,
-    },
-    /// The file is larger than any picture.
-    #[error("{name}: found more than {} bytes, expected a picture", limit::MAX_FILE_BYTES)]
-    TooLarge {
-        /// The file.
-        name: String,
-    },
+    /// There is no readable file.
+    #[error(transparent)]
+    Input(#[from] InputError),
     /// The file is no picture.
     #[error("{name}")]
     NotAPicture {
@@ -87,36 +60,8 @@ const EXR_START: &[u8] = b"\x76\x2f\x31\x01";
 ///
 /// [`ReadError`] when there is none.
 pub fn read(path: &Path) -> Result<Picture, ReadError> {
-    let name = draft::name(path);
-    let bytes = if path == Path::new("-") {
-        read_some(io::stdin().lock(), 0)
-    } else {
-        File::open(path).and_then(|file| {
-            let metadata = file.metadata()?;
-            if metadata.is_dir() {
-                return Err(io::ErrorKind::IsADirectory.into());
-            }
-            read_some(file, metadata.len())
-        })
-    };
-    match bytes {
-        Ok(bytes) if bytes.len() as u64 > limit::MAX_FILE_BYTES => {
-            Err(ReadError::TooLarge { name })
-        }
-        Ok(bytes) => decode(&bytes).map_err(|source| ReadError::NotAPicture { name, source }),
-        Err(error) if error.kind() == io::ErrorKind::NotFound => Err(ReadError::NotFound { name }),
-        Err(error) if error.kind() == io::ErrorKind::IsADirectory => {
-            Err(ReadError::Folder { name })
-        }
-        Err(source) => Err(ReadError::Unreadable { name, source }),
-    }
-}
-
-/// No more than it takes to see that it is too much. `expected` spares copies and need not be true.
-fn read_some(reader: impl Read, expected: u64) -> io::Result<Vec<u8>> {
-    let mut bytes = Vec::with_capacity(expected.min(1 << 24) as usize);
-    reader.take(limit::MAX_FILE_BYTES + 1).read_to_end(&mut bytes)?;
-    Ok(bytes)
+    let bytes = input::read(path, "picture", limit::MAX_FILE_BYTES)?;
+    decode(&bytes).map_err(|source| ReadError::NotAPicture { name: input::name(path), source })
 }
 
 /// The picture in a file of these bytes.

@@ -10,6 +10,7 @@ use crate::{
     Outcome,
     args::LintOptions,
     draft::{self, DraftFile},
+    input,
     output::{Sink, tell},
     terminal::{Terminal, printable},
 };
@@ -43,7 +44,7 @@ pub fn run(options: &LintOptions) -> anyhow::Result<Outcome> {
         }
     }
     let what = match &options.drafts[..] {
-        [path] => printable(&draft::name(path)),
+        [path] => printable(&input::name(path)),
         paths => format!("{} files", paths.len()),
     };
     let outcome = tally.outcome(options.strict);

@@ -6,8 +6,8 @@ use anyhow::{Context, anyhow, bail};
 
 use crate::{
     args::PictureConvertOptions,
-    draft,
     image::{self, Layer, View},
+    input,
     output::Sink,
 };
 
@@ -26,7 +26,7 @@ pub fn run(options: &PictureConvertOptions) -> anyhow::Result<()> {
         let names: Vec<_> = picture.layers().iter().map(Layer::title).collect();
         let names = names.join(", ");
         picture = picture.into_layer(name).ok_or_else(|| {
-            let file = draft::name(&options.picture);
+            let file = input::name(&options.picture);
             anyhow!("{file}: found no layer {name:?}, expected one of {names}")
         })?;
     }
@@ -39,7 +39,7 @@ pub fn run(options: &PictureConvertOptions) -> anyhow::Result<()> {
         _ => picture.view,
     });
     let encoded = picture.encode(options.output.format);
-    let encoded = encoded.with_context(|| draft::name(&options.picture))?;
+    let encoded = encoded.with_context(|| input::name(&options.picture))?;
     sink.write(|out| out.write_all(&encoded))?;
     Ok(())
 }

@@ -9,11 +9,11 @@ use super::significant;
 use crate::{
     Outcome,
     args::DiffOptions,
-    draft,
     image::{
         self,
         compare::{Comparison, Pair},
     },
+    input,
     output::{Destination, Sink, tell},
 };
 
@@ -30,7 +30,7 @@ pub fn run(options: &DiffOptions) -> anyhow::Result<Outcome> {
     let output = options.output.as_ref();
     let destination = output.map(|output| Destination::new(&output.path)).transpose()?;
     let [a, b] = [image::read(&options.a)?, image::read(&options.b)?];
-    let names = [draft::name(&options.a), draft::name(&options.b)];
+    let names = [input::name(&options.a), input::name(&options.b)];
     let pair = Pair::new(&a, &b).with_context(|| format!("{}, against {}", names[0], names[1]))?;
     let comparison = pair.comparison();
     let value = comparison.value(options.metric);

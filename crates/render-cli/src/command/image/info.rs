@@ -6,8 +6,8 @@ use serde_json::{Map, Value as Json, json};
 use super::significant;
 use crate::{
     args::PictureInfoOptions,
-    draft,
     image::{self, Picture, Samples, Value},
+    input,
     output::Sink,
     terminal::printable,
 };
@@ -19,7 +19,7 @@ use crate::{
 /// When the picture cannot be read, or standard output cannot be written.
 pub fn run(options: &PictureInfoOptions) -> anyhow::Result<()> {
     let picture = image::read(&options.picture)?;
-    let info = Info::new(draft::name(&options.picture), &picture);
+    let info = Info::new(input::name(&options.picture), &picture);
     let text = if options.json { serde_json::to_string_pretty(&info)? + "\n" } else { info.text() };
     Sink::Stdout.write(|out| out.write_all(text.as_bytes()))?;
     Ok(())

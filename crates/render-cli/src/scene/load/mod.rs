@@ -11,17 +11,13 @@ mod obj;
 mod ply;
 mod polygon;
 
-use std::{
-    collections::HashMap,
-    fs::File,
-    io::{self, Read},
-    path::Path,
-};
+use std::{collections::HashMap, path::Path};
 
 use glam::{Vec2, Vec3};
 use thiserror::Error;
 
 use super::mesh::{self, Mesh};
+use crate::input::{self, InputError};
 
 /// Most bytes that are read of a mesh, its buffers included.
 pub const MAX_BYTES: u64 = 1 << 30;
@@ -47,32 +43,9 @@ pub enum Format {
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum LoadError {
-    /// There is no file of that name.
-    #[error("{name}: no such file")]
-    NotFound {
-        /// The file.
-        name: String,
-    },
-    /// The name is that of a folder.
-    #[error("{name}: found a folder, expected a mesh")]
-    Folder {
-        /// The file.
-        name: String,
-    },
-    /// The file cannot be read.
-    #[error("{name}: cannot be read")]
-    Unreadable {
-        /// The file.
-        name: String,
-        /// What the system says.
-        source: io::Error,
-    },
-    /// The file is too large.
-    #[error("{name}: found more than {MAX_BYTES} bytes, expected a smaller mesh")]
-    TooLarge {
-        /// The file.
-        name: String,
-    },
+    /// There is no readable file.
+    #[error(transparent)]
+    Input(#[from] InputError),
     /// The name does not tell the format.
     #[error("{name}: found a name that ends in {ending:?}, expected .obj, .ply, .gltf or .glb")]
     UnknownFormat {
@@ -115,17 +88,7 @@ pub fn read(path: &Path) -> Result<Mesh, LoadError> {
         let ending = path.extension().unwrap_or_default().to_string_lossy().into_owned();
         return Err(LoadError::UnknownFormat { name, ending });
     };
-    let bytes = match read_file(path, MAX_BYTES) {
-        Ok(Some(bytes)) => bytes,
-        Ok(None) => return Err(LoadError::TooLarge { name }),
-        Err(error) if error.kind() == io::ErrorKind::NotFound => {
-            return Err(LoadError::NotFound { name });
-        }
-        Err(error) if error.kind() == io::ErrorKind::IsADirectory => {
-            return Err(LoadError::Folder { name });
-        }
-        Err(source) => return Err(LoadError::Unreadable { name, source }),
-    };
+    let bytes = input::read(path, "mesh", MAX_BYTES)?;
     parse(name, &bytes, format, path.parent().unwrap_or(Path::new("")))
 }
 
@@ -142,20 +105,6 @@ pub fn parse(name: String, bytes: &[u8], format: Format, folder: &Path) -> Resul
         Format::Gltf => gltf::read(bytes, folder),
     };
     parts.and_then(Parts::into_mesh).map_err(|what| LoadError::NotAMesh { name, what })
-}
-
-/// The bytes of a file, `None` if they are more than `most`.
-fn read_file(path: &Path, most: u64) -> io::Result<Option<Vec<u8>>> {
-    let file = File::open(path)?;
-    if file.metadata()?.is_dir() {
-        return Err(io::ErrorKind::IsADirectory.into());
-    }
-    if file.metadata()?.len() > most {
-        return Ok(None);
-    }
-    let mut bytes = Vec::new();
-    file.take(most + 1).read_to_end(&mut bytes)?;
-    Ok((bytes.len() as u64 <= most).then_some(bytes))
 }
 
 /// What a reader has read of a mesh, all of it finite and all indices in range.

@@ -23,8 +23,8 @@ use gltf::{
 };
 
 use self::accessor::{numbers, whole_numbers};
-use super::{MAX_BYTES, Parts, check_room, quote, read_file};
-use crate::scene::placement::Placement;
+use super::{MAX_BYTES, Parts, check_room, quote};
+use crate::{input, scene::placement::Placement};
 
 /// y up to z up: (x, y, z) to (x, −z, y).
 const UPRIGHT: DMat3 = DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::NEG_Y);
@@ -187,7 +187,7 @@ fn read_beside(text: &str, folder: &Path, most: u64) -> Result<Vec<u8>, String> 
     if !uri::is_in(&path, folder) {
         return Err(format!("found {name}, expected a file in the same folder"));
     }
-    match read_file(&path, most) {
+    match input::read_file(&path, most) {
         Ok(Some(bytes)) => Ok(bytes),
         Ok(None) => Err(format!("found more than {MAX_BYTES} bytes, expected a smaller mesh")),
         Err(error) => Err(format!("found {name} ({error}), expected a file that can be read")),
