@@ -9,7 +9,11 @@ use std::{
 };
 
 use glam::{DVec2, Vec3};
-use selvedge_cli::fabric;
+use selvedge_cli::{
+    fabric,
+    image::{self, Value},
+};
+use serde_json::json;
 
 fn fixtures() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures")
@@ -97,7 +101,7 @@ fn fabric_of_nothing_but_a_draft_is_that_draft() {
     let fabric = r#"{"version": 1, "draft": "../drafts/plain.wif"}"#;
     let bare = picture(fabric, "drafts/plain.wif");
     assert!(picture(fabric, "fabrics/a.json") == bare);
-    let inline = serde_json::json!({"version": 1, "draft": {"wif": DRAFT}}).to_string();
+    let inline = json!({"version": 1, "draft": {"wif": DRAFT}}).to_string();
     assert!(picture(&inline, "fabrics/a.json") == bare);
     let twisted = fabric.replace('}', r#", "yarn": {"psi": -0.7}}"#);
     assert!(picture(&twisted, "fabrics/a.json") != bare);
@@ -149,4 +153,58 @@ fn overrides_in_vain_are_warned_of() {
     let stderr = String::from_utf8(output.stderr).unwrap();
     let expected = "warning: fabrics/a.json: override 1: found no such threads in the draft";
     assert!(stderr.lines().any(|line| line == expected), "{stderr}");
+}
+
+/// What a picture of this scene or cloth says of itself.
+fn metadata(what: &Path) -> Vec<(String, Value)> {
+    let folder = tempfile::tempdir().unwrap();
+    let status = Command::new(env!("CARGO_BIN_EXE_selvedge"))
+        .current_dir(folder.path())
+        .arg("render")
+        .arg(what)
+        .args(["-q", "-o", "out.exr", "--size", "6x4", "--spp", "2", "--seed", "7"])
+        .status();
+    assert!(status.unwrap().success(), "{}", what.display());
+    image::read(&folder.path().join("out.exr")).unwrap().metadata
+}
+
+#[test]
+fn picture_tells_its_fabric_and_how_it_was_made() {
+    let of_preset = metadata("preset:denim".as_ref());
+    let find = |metadata: &[(String, Value)], name: &str| {
+        let found = metadata.iter().find(|(known, _)| known == name);
+        found.unwrap_or_else(|| panic!("no {name:?} in {metadata:?}")).1.clone()
+    };
+    assert_eq!(find(&of_preset, "seed"), "7".into());
+    assert_eq!(find(&of_preset, "spp"), Value::Real(2.0));
+    let hash = fabric::read("preset:denim".as_ref()).unwrap().hash().unwrap();
+    let name = "fabric 0, FNV-1a 64";
+    assert_eq!(find(&of_preset, name), Value::Text(format!("{hash:016x}")));
+    assert!(
+        matches!(find(&of_preset, "normalization 0"), Value::List(factors) if !factors.is_empty())
+    );
+    // The scene is woven of it.
+    let of_scene = metadata("scene:sheet".as_ref());
+    assert_eq!(find(&of_scene, name), find(&of_preset, name));
+    // The file that is compiled in.
+    let of_file = metadata(&fixtures().join("fabrics/denim.json"));
+    assert_eq!(of_file, of_preset);
+}
+
+#[test]
+fn hash_is_that_of_what_is_woven() {
+    let folder = tempfile::tempdir().unwrap();
+    let hash = |draft: &str, fabric: &str| {
+        let path = folder.path().join("a.json");
+        let json = format!("{{\"version\": 1, \"draft\": {}{fabric}}}", json!({ "wif": draft }));
+        fs::write(&path, json).unwrap();
+        fabric::read(&path).unwrap().hash().unwrap()
+    };
+    let base = hash(DRAFT, "");
+    assert_eq!(hash(&DRAFT.replace('\n', "\r\n"), ",  \"seed\": 0"), base, "the same, otherwise");
+    let other = DRAFT.replace("[LIFTPLAN]\n1=1\n2=2", "[LIFTPLAN]\n1=2\n2=1");
+    let changed = [hash(&other, ""), hash(DRAFT, ", \"seed\": 1")];
+    assert!(changed.iter().all(|hash| *hash != base) && changed[0] != changed[1], "{changed:?}");
+    // What is published is to stay.
+    assert_eq!(base, 0x10cc_408a_8b00_b979, "{base:#018x}");
 }

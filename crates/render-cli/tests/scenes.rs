@@ -78,6 +78,25 @@ fn crop_of_a_scene_is_all_that_is_rendered() {
 }
 
 #[test]
+fn summary_tells_the_crop() {
+    let folder = tempfile::tempdir().unwrap();
+    let summary = |arguments: &str| {
+        let output = run(&folder, &arguments.split_whitespace().collect::<Vec<_>>());
+        String::from_utf8(output.stderr).unwrap().lines().last().unwrap().to_owned()
+    };
+    let scene = "render scene:sheet -o out.png --size 16x12 --spp 1";
+    let told = summary(&format!("{scene} --cropwindow 2,1,10,7"));
+    assert!(told.starts_with("out.png: 16 x 12 pixels, crop 2,1,10,7, 1 spp, "), "{told}");
+    for whole in [scene.to_owned(), format!("{scene} --cropwindow 0,0,16,12")] {
+        let told = summary(&whole);
+        assert!(told.starts_with("out.png: 16 x 12 pixels, 1 spp, "), "{told}");
+    }
+    let cloth = "swatch preset:denim -o out.png --size 16x12 --spp 1 --cropwindow 2,1,10,7";
+    let told = summary(cloth);
+    assert!(told.contains(" mm, crop 2,1,10,7, 1 spp, "), "{told}");
+}
+
+#[test]
 fn what_is_wrong_with_a_scene_is_told_to_the_letter() {
     let folder = fixtures().join("invalid/scenes");
     let bless = env::var_os("BLESS").is_some();

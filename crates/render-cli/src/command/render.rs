@@ -16,7 +16,7 @@ use crate::{
     render::{
         View,
         accumulate::Layers,
-        film::{Crop, Size},
+        film::{Crop, Frame, Size},
         hash::Fnv,
         progressive::Stopped,
     },
@@ -48,11 +48,12 @@ pub fn run(command: &RenderCommand) -> anyhow::Result<Outcome> {
                     options.input.display()
                 );
             }
-            draw_cloth(options, started, |cloth| {
+            let scene = |cloth| {
                 let mut scene = Scene::built_in(cloth, DEFAULT_SIDE)?;
                 scene.depth = command.depth.unwrap_or(scene.depth);
                 Ok(scene)
-            })
+            };
+            draw_cloth(options, started, scene)
         }
         Source::Scene(file, folder) => {
             let mut file = *file;
@@ -94,13 +95,14 @@ pub(super) fn draw_cloth(
         size.x,
         size.y
     );
-    drawing.run(started, &what, || {
+    let scene = || {
         let shader = source.shader(&cloth)?;
         if !options.quiet {
             source.warnings(&drawdown, &shader).iter().for_each(tell);
         }
-        scene(Material::cloth(shader))
-    })
+        Ok((scene(Material::cloth(shader))?, vec![source.hash()?]))
+    };
+    drawing.run(started, &what, scene)
 }
 
 fn draw_scene(
@@ -112,14 +114,15 @@ fn draw_scene(
 ) -> anyhow::Result<Outcome> {
     let [width, height] = file.film.size;
     let drawing = Drawing::new(options, Size::new(width, height)?)?;
-    drawing.run(started, &format!("{width} x {height} pixels"), || {
+    let scene = || {
         let name = || options.input.display().to_string();
         let built = file.build(folder, cloth).with_context(name)?;
         if !options.quiet {
             built.warnings.iter().for_each(tell);
         }
-        Ok(built.scene)
-    })
+        Ok((built.scene, built.fabrics))
+    };
+    drawing.run(started, &format!("{width} x {height} pixels"), scene)
 }
 
 /// A picture on its way.
@@ -146,12 +149,13 @@ impl<'a> Drawing<'a> {
         })
     }
 
-    /// Draws the scene that `scene` builds, on the threads that are asked for.
+    /// Draws the scene that `scene` builds, of fabrics with these hashes, on the threads that are asked
+    /// for.
     fn run(
         self,
         started: Instant,
         what: &str,
-        scene: impl FnOnce() -> anyhow::Result<Scene> + Send,
+        scene: impl FnOnce() -> anyhow::Result<(Scene, Vec<u64>)> + Send,
     ) -> anyhow::Result<Outcome> {
         let Self { options, destination, exposing, size, layers } = self;
         let pool = ThreadPoolBuilder::new()
@@ -159,10 +163,10 @@ impl<'a> Drawing<'a> {
             .build()
             .context("threads: cannot be started")?;
         let (outcome, metadata, cloth_bytes) = pool.install(|| -> anyhow::Result<_> {
-            let scene = scene()?;
+            let (scene, fabrics) = scene()?;
             let key = if exposing.needs_key() { key(&scene, options.seed) } else { 0 };
             let view = View::new(&scene, size, options.seed, layers == Layers::All);
-            let metadata = metadata(&scene, options.seed);
+            let metadata = metadata(&scene, &fabrics, options.seed);
             let cloths = scene.shaders().map(Shader::bytes);
             Ok((exposing.run(&view, key)?, metadata, cloths.collect::<Vec<_>>()))
         })?;
@@ -174,11 +178,14 @@ impl<'a> Drawing<'a> {
         picture.view = options.view;
         picture.metadata = metadata;
         picture.metadata.push(("spp".to_owned(), Value::Real(outcome.spp_mean)));
+        let frame = outcome.accumulator.frame();
         let bytes = picture.encode(options.output.format)?;
         destination.write(|file| file.write_all(&bytes))?;
         if !options.quiet {
+            let is_part = frame != Frame::whole(frame.size());
+            let crop = if is_part { format!(", crop {}", frame.crop()) } else { String::new() };
             tell(format_args!(
-                "{}: {what}, {}, {:.1} s",
+                "{}: {what}{crop}, {}, {:.1} s",
                 options.output.path.display(),
                 exposing::samples_in_words(&outcome),
                 started.elapsed().as_secs_f64()
@@ -196,11 +203,18 @@ impl<'a> Drawing<'a> {
 }
 
 /// What a picture tells of how it was made, so that it can be made again.
-fn metadata(scene: &Scene, seed: u64) -> Vec<(String, Value)> {
+///
+/// `fabrics` are hashes of the fabrics of its cloths. Time has no place here: it is never the same
+/// twice.
+fn metadata(scene: &Scene, fabrics: &[u64], seed: u64) -> Vec<(String, Value)> {
     let mut metadata = vec![
         ("software".to_owned(), Value::Text(format!("selvedge {}", env!("CARGO_PKG_VERSION")))),
         ("seed".to_owned(), Value::Text(seed.to_string())),
     ];
+    for (index, fabric) in fabrics.iter().enumerate() {
+        let hash = Value::Text(format!("{fabric:016x}"));
+        metadata.push((format!("fabric {index}, FNV-1a 64"), hash));
+    }
     for (index, shader) in scene.shaders().enumerate() {
         let factors = (0..).map_while(|yarn| shader.normalization(yarn));
         let factors = factors.flat_map(|both| both.map(|of_shape| of_shape.factor as f32));

@@ -17,6 +17,7 @@ use self::{
 use crate::{
     draft::{self, DraftError, DraftFile},
     input, json,
+    render::hash::Fnv,
     scene::source::is_scene,
 };
 
@@ -163,6 +164,23 @@ impl FabricSource {
     /// As for [`Cloth::prepare`].
     pub fn shader(&self, cloth: &Cloth) -> Result<Shader, FabricError> {
         cloth.prepare().map_err(|source| self.no_cloth(source))
+    }
+
+    /// A hash of all that makes the cloth, FNV-1a with 64 bits: of the draft in its canonical form and,
+    /// after a zero byte, of the fabric in JSON. Whatever else stands in the files, their names and
+    /// comments, changes nothing.
+    ///
+    /// # Errors
+    ///
+    /// [`FabricError::Draft`] when there is no draft.
+    #[expect(clippy::missing_panics_doc, reason = "JSON holds any fabric")]
+    pub fn hash(&self) -> Result<u64, FabricError> {
+        let fabric = serde_json::to_vec(&self.fabric).expect("a fabric has names for keys");
+        let mut hash = Fnv::default();
+        hash.add(self.draft.draft()?.to_wif().as_bytes());
+        hash.add(b"\0");
+        hash.add(&fabric);
+        Ok(hash.finish())
     }
 
     /// What the fabric says in vain, each as a line that begins with severity and file.

@@ -11,7 +11,7 @@ use std::{
 use ::image::{ImageError, ImageReader, Limits};
 use anyhow::Context;
 use glam::{Affine3A, EulerRot, Quat, Vec2, Vec3};
-use selvedge_yarn_brdf::{Color, Noise};
+use selvedge_yarn_brdf::{Color, Noise, Shader};
 
 use super::{
     Material, Scene, Surface,
@@ -36,13 +36,16 @@ use crate::{
     },
 };
 
-/// A scene, and what is odd about it.
+/// A scene, and what there is to tell of it.
 #[derive(Debug)]
 pub struct Built {
     /// The scene.
     pub scene: Scene,
     /// Lines that begin with what they are about.
     pub warnings: Vec<String>,
+    /// [Hash](crate::fabric::FabricSource::hash) of the fabric of each cloth, in the order of
+    /// [`Scene::shaders`].
+    pub fabrics: Vec<u64>,
 }
 
 /// Most objects of a scene, those of its groups counted each time that they stand there.
@@ -69,6 +72,7 @@ impl SceneFile {
             placed: Vec::new(),
             triangles: 0,
             warnings: Vec::new(),
+            fabrics: Vec::new(),
         };
         for (name, material) in &self.materials {
             let material = builder.material(name, material, cloth)?;
@@ -81,7 +85,7 @@ impl SceneFile {
             .map(|(index, light)| light.build(folder, &format!("lights[{index}]")))
             .collect::<Result<_, _>>()?;
         let lights = lights.into_iter().flatten().collect();
-        let warnings = builder.warnings;
+        let Builder { warnings, fabrics, .. } = builder;
         let mut scene = Scene::new(surfaces, self.camera(), lights, self.depth).map_err(
             |error| match error {
                 // Its meshes are in the order of what is placed.
@@ -98,7 +102,12 @@ impl SceneFile {
         let focus = camera.focus.unwrap_or_else(|| camera.position.distance(camera.target));
         scene.lens = (camera.aperture > 0.0).then_some(Lens { radius: camera.aperture, focus });
         scene.filter = self.film.filter;
-        Ok(Built { scene, warnings })
+        let hash = |shader: &Shader| {
+            let fabric = fabrics.iter().find(|(known, _)| std::ptr::eq(&**known, shader));
+            fabric.map(|(_, hash)| *hash)
+        };
+        let fabrics = scene.shaders().filter_map(hash).collect();
+        Ok(Built { scene, warnings, fabrics })
     }
 
     fn camera(&self) -> CameraPlacement {
@@ -126,6 +135,8 @@ struct Builder<'a> {
     /// Of all that is placed.
     triangles: usize,
     warnings: Vec<String>,
+    /// Each cloth with the hash of its fabric.
+    fabrics: Vec<(Arc<Shader>, u64)>,
 }
 
 /// An object where it stands. It shares its mesh, so that too many are told before they take memory.
@@ -185,7 +196,10 @@ impl<'a> Builder<'a> {
                 let (source, drawdown, shader) = woven().context(at)?;
                 self.warnings.extend(source.draft().warnings().map(|warning| warning.to_string()));
                 self.warnings.extend(source.warnings(&drawdown, &shader));
-                Ok(Material::cloth(shader))
+                let shader = Arc::new(shader);
+                let is_open = shader.has_gaps();
+                self.fabrics.push((Arc::clone(&shader), source.hash()?));
+                Ok(Material::Cloth { shader, is_open })
             }
         }
     }
