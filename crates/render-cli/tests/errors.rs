@@ -101,6 +101,23 @@ fn folder_as_draft() {
 }
 
 #[test]
+fn ruler_without_room() {
+    let message = "error: --ruler: found a picture of 240x100 pixels, expected at least 240x120";
+    check("swatch good.wif -o out.png --ruler --size 240x100", 1, message);
+}
+
+#[test]
+fn front_and_back() {
+    let output = run(folder().path(), "swatch good.wif -o out.png --front --back");
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        stderr.starts_with("error: the argument '--front' cannot be used with '--back'"),
+        "{stderr}"
+    );
+    assert_eq!(output.status.code(), Some(2));
+}
+
+#[test]
 fn empty_draft() {
     let message = "error: empty.wif: file: nothing in it, expected the sections of a draft
        = empty-file";

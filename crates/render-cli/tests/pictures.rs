@@ -220,3 +220,27 @@ fn swatch_shows_first_end_and_pick_at_the_lower_left_and_its_back_turned_over() 
     let found = quarters(&draft("", lifts), "--back");
     assert!(found[0] > 30.0 && found[1] < -30.0 && found[2] > 30.0, "{found:?}");
 }
+
+#[test]
+fn swatch_has_a_ruler() {
+    let draft = fixture("denim.wif");
+    let options = "--size 240x160 --spp 1 --mm 10";
+    let picture = |options: &str| {
+        let bytes = draw("swatch", &draft, "out.exr", options);
+        selvedge_cli::image::decode(&bytes).unwrap()
+    };
+    let [bare, front, ruled] =
+        ["", " --front", " --ruler"].map(|more| picture(&format!("{options}{more}")));
+    assert!(bare == front, "the face is drawn if nothing else is said");
+    let [bare, ruled] = [bare, ruled].map(|picture| picture.to_colors());
+    // 39 rows of it: a mark every 24 pixels, each a millimetre.
+    let (above, below) = (240 * 121, 240 * 122);
+    assert!(bare[..above] == ruled[..above], "cloth above it stays");
+    let marks: Vec<_> = (0..240).filter(|x| ruled[below + x].x < 0.1).collect();
+    assert_eq!(marks, (0..10).map(|mm| mm * 24).collect::<Vec<_>>());
+    // A crop has its part of it.
+    let crop = picture(&format!("{options} --ruler --cropwindow 24,110,100,150")).to_colors();
+    let rows = (110..150).map(|y| y * 240 + 24);
+    let expected: Vec<_> = rows.flat_map(|start| ruled[start..start + 76].to_vec()).collect();
+    assert!(crop == expected);
+}

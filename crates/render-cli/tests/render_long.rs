@@ -135,7 +135,7 @@ fn limits_that_are_none_are_told() {
         assert_eq!(output.status.code(), Some(2));
         assert!(stderr.contains(message), "{stderr}");
     }
-    let message = "error: --cropwindow: found 0,0,2000,9, expected a rectangle within 0,0,960,640";
+    let message = "error: --cropwindow: found 0,0,2000,9, expected a rectangle within 0,0,480,320";
     assert_eq!(error(folder.path(), "swatch plain.wif -o o.png --cropwindow 0,0,2000,9"), message);
     let same = "swatch plain.wif -o o.png --checkpoint 1h --checkpoint-file o.png";
     let message = "error: --checkpoint-file: found the name of the output, expected another";

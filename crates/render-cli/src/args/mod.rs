@@ -107,7 +107,8 @@ pub struct RenderOptions {
     #[arg(short, long, value_name = "FILE", value_parser = PathBufValueParser::new().try_map(Output::new))]
     pub output: Output,
 
-    /// Width and height in pixels, at most 67108864 pixels [default: the scene's, else 960x640]
+    /// Width and height in pixels, at most 67108864 pixels [default: the scene's, else
+    /// 960x640, or 480x320 for a swatch]
     #[arg(long, value_name = "WxH")]
     pub size: Option<Size>,
 
@@ -156,9 +157,17 @@ pub struct SwatchOptions {
     #[arg(long, value_enum, default_value_t = Light::Raking)]
     pub light: Light,
 
+    /// The face, as without --back
+    #[arg(long, conflicts_with = "back")]
+    pub front: bool,
+
     /// The other face, turned over like a page: end 1 is at the right
     #[arg(long)]
     pub back: bool,
+
+    /// Lays a ruler along the lower edge: millimetres, and ends and picks per inch
+    #[arg(long)]
+    pub ruler: bool,
 }
 
 /// Arguments of `selvedge schema`.

@@ -4,7 +4,7 @@ use std::{fmt::Write, path::Path, time::Instant};
 
 use anyhow::Context;
 use rayon::ThreadPoolBuilder;
-use selvedge_yarn_brdf::Shader;
+use selvedge_yarn_brdf::{Cloth, Shader};
 
 use super::exposing::{self, Exposing};
 use crate::{
@@ -53,7 +53,7 @@ pub fn run(command: &RenderCommand) -> anyhow::Result<Outcome> {
                 scene.depth = command.depth.unwrap_or(scene.depth);
                 Ok(scene)
             };
-            draw_cloth(options, started, scene)
+            draw_cloth(options, started, scene, |_, _, _| {})
         }
         Source::Scene(file, folder) => {
             let mut file = *file;
@@ -73,11 +73,13 @@ pub fn run(command: &RenderCommand) -> anyhow::Result<Outcome> {
     }
 }
 
-/// Renders the cloth that `options` name in the scene that `scene` makes of it.
+/// Renders the cloth that `options` name in the scene that `scene` makes of it; `adorn` changes the
+/// picture of the crop of a frame before it is written.
 pub(super) fn draw_cloth(
     options: &RenderOptions,
     started: Instant,
     scene: impl FnOnce(Material) -> anyhow::Result<Scene> + Send,
+    adorn: impl FnOnce(&Cloth, Frame, &mut Picture),
 ) -> anyhow::Result<Outcome> {
     let drawing = Drawing::new(options, options.size.unwrap_or_default())?;
     let source = fabric::read(&options.input)?;
@@ -102,7 +104,7 @@ pub(super) fn draw_cloth(
         }
         Ok((scene(Material::cloth(shader))?, vec![source.hash()?]))
     };
-    drawing.run(started, &what, scene)
+    drawing.run(started, &what, scene, |frame, picture| adorn(&cloth, frame, picture))
 }
 
 fn draw_scene(
@@ -122,7 +124,7 @@ fn draw_scene(
         }
         Ok((built.scene, built.fabrics))
     };
-    drawing.run(started, &format!("{width} x {height} pixels"), scene)
+    drawing.run(started, &format!("{width} x {height} pixels"), scene, |_, _| {})
 }
 
 /// A picture on its way.
@@ -150,12 +152,13 @@ impl<'a> Drawing<'a> {
     }
 
     /// Draws the scene that `scene` builds, of fabrics with these hashes, on the threads that are asked
-    /// for.
+    /// for. `adorn` changes the picture before it is written.
     fn run(
         self,
         started: Instant,
         what: &str,
         scene: impl FnOnce() -> anyhow::Result<(Scene, Vec<u64>)> + Send,
+        adorn: impl FnOnce(Frame, &mut Picture),
     ) -> anyhow::Result<Outcome> {
         let Self { options, destination, exposing, size, layers } = self;
         let pool = ThreadPoolBuilder::new()
@@ -179,6 +182,7 @@ impl<'a> Drawing<'a> {
         picture.metadata = metadata;
         picture.metadata.push(("spp".to_owned(), Value::Real(outcome.spp_mean)));
         let frame = outcome.accumulator.frame();
+        adorn(frame, &mut picture);
         let bytes = picture.encode(options.output.format)?;
         destination.write(|file| file.write_all(&bytes))?;
         if !options.quiet {

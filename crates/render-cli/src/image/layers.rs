@@ -156,6 +156,23 @@ impl Picture {
         }
     }
 
+    /// Sets the colour of a pixel of the main layer: where it has red, green and blue.
+    ///
+    /// # Panics
+    ///
+    /// If column and row `place` are outside of the picture.
+    pub fn paint(&mut self, place: [u32; 2], color: Vec3) {
+        let index = place[1] as usize * self.size.width() as usize + place[0] as usize;
+        let Some(name) = self.main_layer().map(|layer| layer.name.clone()) else { return };
+        let layer = self.layers.iter_mut().find(|layer| layer.name == name);
+        for channel in layer.into_iter().flat_map(|layer| &mut layer.channels) {
+            let component = ["R", "G", "B"].iter().position(|name| *name == channel.name);
+            if let (Some(component), Samples::F32(samples)) = (component, &mut channel.samples) {
+                samples[index] = color[component];
+            }
+        }
+    }
+
     /// Multiplies each quantity by `factor`; numbers of things stay.
     pub fn scale(&mut self, factor: f32) {
         for channel in self.layers.iter_mut().flat_map(|layer| &mut layer.channels) {

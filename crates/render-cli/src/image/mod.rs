@@ -14,6 +14,7 @@ mod layers;
 pub mod limit;
 mod png;
 mod read;
+pub mod ruler;
 mod view;
 
 pub mod compare;

@@ -11,6 +11,7 @@ use super::{
     light::{Light as Lamp, Quad},
     mesh::{Mesh, MeshError},
 };
+use crate::render::{camera::COMPOSED_ASPECT, film::Size};
 
 /// How a swatch is laid out.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,6 +51,15 @@ const WHITE: Vec3 = Vec3::new(0.73, 0.7, 0.65);
 
 /// Depth of the card below the cloth in widths.
 const CARD_DEPTH: f32 = 0.1;
+
+impl Swatch {
+    /// Pixels of a picture of `size` to a millimetre of the cloth.
+    pub fn pixels_per_mm(&self, size: Size) -> f64 {
+        let [width, height] = [size.width(), size.height()].map(f64::from);
+        let composed = width.min(height * f64::from(COMPOSED_ASPECT));
+        composed / (1e3 * f64::from(self.width))
+    }
+}
 
 impl Scene {
     /// A piece of `cloth` in the plane z = 0, its middle in the picture's at the origin, x to the
