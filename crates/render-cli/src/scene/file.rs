@@ -204,6 +204,7 @@ pub enum ShapeFile {
     /// A square sample that lies flat but for its wrinkles.
     Wrinkled {
         /// Its side, m.
+        #[schemars(schema_with = "schema::length")]
         side: f32,
     },
     /// A cloth that has fallen over a low drum.
@@ -281,15 +282,19 @@ pub enum LightFile {
     /// Six lights from afar, all around at one height.
     Rig {
         /// Of each, on a surface that faces it.
+        #[schemars(schema_with = "schema::emission")]
         irradiance: Color,
         /// Above the horizon, degrees.
         #[serde(default = "low")]
+        #[schemars(range(min = -90.0, max = 90.0))]
         elevation_deg: f32,
         /// Diameter of each in degrees; 0 is a point.
         #[serde(default)]
+        #[schemars(range(min = 0.0, max = 180.0))]
         angle_deg: f32,
         /// Which one alone shines, 1 to 6; all if absent.
         #[serde(default)]
+        #[schemars(range(min = 1, max = RIG_LIGHTS))]
         only: Option<u32>,
     },
     /// The same from everywhere.
