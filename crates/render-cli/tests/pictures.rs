@@ -238,6 +238,8 @@ fn swatch_has_a_ruler() {
     assert!(bare[..above] == ruled[..above], "cloth above it stays");
     let marks: Vec<_> = (0..240).filter(|x| ruled[below + x].x < 0.1).collect();
     assert_eq!(marks, (0..10).map(|mm| mm * 24).collect::<Vec<_>>());
+    let eight = draw("swatch", &draft, "out.png", "--size 24x16 --spp 8");
+    assert!(draw("swatch", &draft, "out.png", "--size 24x16") == eight, "eight samples suffice");
     // A crop has its part of it.
     let crop = picture(&format!("{options} --ruler --cropwindow 24,110,100,150")).to_colors();
     let rows = (110..150).map(|y| y * 240 + 24);

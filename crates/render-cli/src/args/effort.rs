@@ -12,8 +12,8 @@ const DEFAULT_SPP: u32 = 16;
 /// How long to draw, and what is told and kept meanwhile.
 #[derive(Clone, Debug, Default, Args)]
 pub struct Effort {
-    /// Samples per pixel, best a power of two; four times as many halve the noise [default: 16, or
-    /// 65536 with --time or --noise]
+    /// Samples per pixel, best a power of two; four times as many halve the noise [default: 16, 8
+    /// for a swatch, or 65536 with --time or --noise]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SAMPLES)))]
     pub spp: Option<u32>,
 

@@ -16,6 +16,9 @@ use crate::{
 /// Width and height of the picture of a swatch where nothing else is said: what is drawn at once.
 const DEFAULT_SIZE: [u32; 2] = [480, 320];
 
+/// Samples per pixel likewise.
+const DEFAULT_SPP: u32 = 8;
+
 /// Renders a swatch of `options.render.input` into `options.render.output`.
 ///
 /// # Errors
@@ -38,7 +41,11 @@ pub fn run(options: &SwatchOptions) -> anyhow::Result<Outcome> {
             least[1]
         );
     }
-    let render = RenderOptions { size: Some(size), ..options.render.clone() };
+    let mut render = RenderOptions { size: Some(size), ..options.render.clone() };
+    let effort = &mut render.effort;
+    if effort.time.is_none() && effort.noise.is_none() {
+        effort.spp.get_or_insert(DEFAULT_SPP);
+    }
     let scene = |cloth| Ok(Scene::swatch(cloth, &swatch)?);
     draw_cloth(&render, Instant::now(), scene, |cloth, frame, picture| {
         if options.ruler {
