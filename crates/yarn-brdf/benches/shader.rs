@@ -1,17 +1,18 @@
 //! Time of one scalar call of the shader, look-up included, over random positions and directions, and
 //! the instructions that it takes, which are the same on a busy machine.
 //!
-//! The instructions are counted by running this program again under `valgrind --tool=callgrind`; where
-//! there is none, they are left out.
+//! Where there is no valgrind, the instructions are left out.
 
 use std::hint::black_box;
-use std::process::Command;
 
 use criterion::{BenchmarkId, Criterion};
 use selvedge_normalize::halton::Halton;
 use selvedge_normalize::warp::square_to_cosine_hemisphere;
 use selvedge_yarn_brdf::glam::{DVec2, Vec3};
 use selvedge_yarn_brdf::{Cloth, Highlight, Noise, Shader, Thread, Weave, Yarn};
+
+#[path = "support/count.rs"]
+mod count;
 
 /// A place, two directions and three numbers to draw a third with.
 type Query = (DVec2, Vec3, Vec3, [f32; 3]);
@@ -79,9 +80,6 @@ fn time(c: &mut Criterion) {
 /// Calls to count the instructions of.
 const COUNTED: usize = 10_000;
 
-/// The fabric, the call and the number of calls that a run under valgrind makes.
-const COUNT: &str = "SELVEDGE_COUNT";
-
 /// Makes the calls that `task` tells of.
 fn run(task: &str) {
     let mut parts = task.split(' ');
@@ -94,33 +92,19 @@ fn run(task: &str) {
     }
 }
 
-/// Instructions of a run of `task`; `None` where there is no valgrind.
-fn instructions(task: &str) -> Option<u64> {
-    let program = std::env::current_exe().ok()?;
-    let output = Command::new("valgrind")
-        .args(["--tool=callgrind", "--callgrind-out-file=/dev/null"])
-        .arg(program)
-        .env(COUNT, task)
-        .output()
-        .ok()?;
-    let report = String::from_utf8_lossy(&output.stderr).into_owned();
-    let collected = report.lines().find_map(|line| line.split("Collected : ").nth(1))?;
-    collected.trim().parse().ok()
-}
-
 fn main() {
-    if let Ok(task) = std::env::var(COUNT) {
+    if let Some(task) = count::task() {
         return run(&task);
     }
     let mut criterion = Criterion::default().configure_from_args();
     time(&mut criterion);
     criterion.final_summary();
     for fabric in FABRICS {
-        let Some(before) = instructions(&format!("{fabric} eval 0")) else {
+        let Some(before) = count::instructions(&format!("{fabric} eval 0")) else {
             return eprintln!("no valgrind: instructions are not counted");
         };
         for (name, _) in CALLS {
-            if let Some(all) = instructions(&format!("{fabric} {name} {COUNTED}")) {
+            if let Some(all) = count::instructions(&format!("{fabric} {name} {COUNTED}")) {
                 println!("{name}/{fabric}: {} instructions", (all - before) / COUNTED as u64);
             }
         }

@@ -5,7 +5,8 @@
 //! cargo run --release -p selvedge-yarn-brdf --example precision [TUPLES]
 //! ```
 //!
-//! prints a table (10⁷ tuples by default) and fails where a bound is missed. Each yarn has a
+//! prints a table (10⁷ tuples by default) and another one of what each tier takes, and fails where a
+//! bound is missed or a batch has other bits than single points. Each yarn has a
 //! specular and a diffuse channel, and one with both. Where either precision has a highlight and the
 //! other has none, the edge of the highlight passes between them: such flips are counted apart.
 //!
@@ -14,12 +15,13 @@
 //! moves by one unit in the last place of f32, summed over the inputs.
 
 use core::f64::consts::{FRAC_PI_2, TAU};
+use std::time::Instant;
 
 use rayon::prelude::*;
 use selvedge_yarn_brdf::glam::{DVec2, DVec3, Vec3};
 use selvedge_yarn_brdf::{
-    Cloth, Combination, Diffuse, FILAMENT_PSI, Highlight, Mapping, Mode, Phase, PhaseTable, Shader,
-    Thread, Weave, Yarn,
+    Batch, Cloth, Combination, Diffuse, FILAMENT_PSI, Highlight, Instructions, Mapping, Mode,
+    Phase, PhaseTable, Shader, Thread, Weave, Yarn,
 };
 
 #[path = "../tests/support/mod.rs"]
@@ -101,32 +103,78 @@ impl Errors {
     }
 }
 
-/// The errors of at least `tuples` tuples, by [`KINDS`].
-pub(crate) fn study(tuples: u64) -> [Errors; KINDS.len()] {
-    (0..tuples.div_ceil(PER_CLOTH)).into_par_iter().map(of_cloth).reduce(
-        || core::array::from_fn(|_| Errors::default()),
-        |a, b| {
-            let mut b = b.into_iter();
-            a.map(|errors| errors.merged(b.next().unwrap_or_default()))
-        },
-    )
+/// The time and the bits of one way to evaluate tuples.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Tier {
+    seconds: f64,
+    tuples: u64,
+    /// Tuples whose bits differ from those of single points in f32.
+    differing: u64,
+}
+
+/// The errors by [`KINDS`], and the tiers: f64, f32, and batches with each of the [`Instructions`].
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Study {
+    errors: [Errors; KINDS.len()],
+    tiers: Vec<Tier>,
+}
+
+impl Study {
+    fn merged(self, other: Self) -> Self {
+        let mut errors = other.errors.into_iter();
+        let count = self.tiers.len().max(other.tiers.len());
+        let tier = |k: usize| {
+            let [a, b] = [&self.tiers, &other.tiers].map(|t| t.get(k).copied().unwrap_or_default());
+            Tier {
+                seconds: a.seconds + b.seconds,
+                tuples: a.tuples + b.tuples,
+                differing: a.differing + b.differing,
+            }
+        };
+        Self {
+            tiers: (0..count).map(tier).collect(),
+            errors: self.errors.map(|all| all.merged(errors.next().unwrap_or_default())),
+        }
+    }
+}
+
+/// The study of at least `tuples` tuples.
+pub(crate) fn study(tuples: u64) -> Study {
+    let cloths = (0..tuples.div_ceil(PER_CLOTH)).into_par_iter();
+    cloths.map(of_cloth).reduce(Study::default, Study::merged)
 }
 
 /// Prints the table of `study`, with the worst tuple of each kind, and returns the bounds that do
 /// not hold over all kinds together.
-pub(crate) fn print(study: [Errors; KINDS.len()]) -> Vec<String> {
+pub(crate) fn print(study: Study) -> Vec<String> {
     println!(
         "{:10} {:>10} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}",
         "kind", "values", "median", "99.9 %", "greatest", "beyond", "worst/ulp", "flips"
     );
     let (mut all, mut worst) = (Errors::default(), Vec::new());
-    for (mut errors, kind) in study.into_iter().zip(KINDS) {
+    for (mut errors, kind) in study.errors.into_iter().zip(KINDS) {
         println!("{}", errors.report(kind).0);
         worst.push(format!("worst of {kind}: {:.1} ulp, {}", errors.worst.0, errors.worst.1));
         all = all.merged(errors);
     }
-    let (row, missed) = all.report("all");
+    let (row, mut missed) = all.report("all");
     println!("{row}\n{}", worst.join("\n"));
+    let [median, few, greatest] = [0.5, 0.999, 1.0].map(|part| all.quantile(part));
+    println!(
+        "{:14} {:>9} {:>9} {:>9} {:>9} {:>9}",
+        "tier", "ns", "median", "99.9 %", "greatest", "differing"
+    );
+    let batches = Instructions::available().into_iter().map(|known| format!("batch {known:?}"));
+    let names = ["f64".into(), "f32".into()].into_iter().chain(batches);
+    for (k, (name, tier)) in names.zip(study.tiers).enumerate() {
+        let ns = tier.seconds * 1e9 / tier.tuples as f64;
+        let [median, few, greatest] = if k == 0 { [0.0; 3] } else { [median, few, greatest] };
+        let differing = tier.differing;
+        println!("{name:14} {ns:9.1} {median:9.1e} {few:9.1e} {greatest:9.1e} {differing:9}");
+        if differing > 0 {
+            missed.push(format!("{name}: {differing} tuples differ from single points"));
+        }
+    }
     missed
 }
 
@@ -136,20 +184,47 @@ fn main() -> Result<(), Box<dyn core::error::Error>> {
     if missed.is_empty() { Ok(()) } else { Err(missed.join(", "))? }
 }
 
-/// The errors over the `index`-th cloth.
-fn of_cloth(index: u64) -> [Errors; KINDS.len()] {
+/// The study of the `index`-th cloth.
+fn of_cloth(index: u64) -> Study {
     let mut random = Random(index << 32);
     let cloth = random_cloth(&mut random);
-    let shader = cloth.prepare().expect("every parameter is in its range");
+    let mut shader = cloth.prepare().expect("every parameter is in its range");
     let kind = match cloth.yarns[0].highlight {
         Highlight::Rough { .. } => 2,
         Highlight::Window { .. } => usize::from(cloth.yarns[0].is_filament()),
     };
     let mut errors: [Errors; KINDS.len()] = core::array::from_fn(|_| Errors::default());
-    for _ in 0..PER_CLOTH {
-        let tuple = Tuple::new(&mut random, &cloth);
-        let single = shader.eval(tuple.uv, tuple.wi, tuple.wo).as_dvec3();
-        let double = tuple.reference(&shader);
+    let tuples: Vec<Tuple> = (0..PER_CLOTH).map(|_| Tuple::new(&mut random, &cloth)).collect();
+    let mut tiers = Vec::new();
+    let doubles: Vec<DVec3> =
+        timed(&mut tiers, || tuples.iter().map(|tuple| tuple.reference(&shader)).collect());
+    let singles: Vec<Vec3> = timed(&mut tiers, || {
+        tuples.iter().map(|tuple| shader.eval(tuple.uv, tuple.wi, tuple.wo)).collect()
+    });
+    let uv = [0, 1].map(|axis| tuples.iter().map(|tuple| tuple.uv[axis]).collect::<Vec<_>>());
+    let parts = |of: fn(&Tuple) -> Vec3| {
+        [0, 1, 2].map(|axis| tuples.iter().map(|tuple| of(tuple)[axis]).collect::<Vec<_>>())
+    };
+    let (wi, wo) = (parts(|tuple| tuple.wi), parts(|tuple| tuple.wo));
+    let points = Batch {
+        uv: uv.each_ref().map(Vec::as_slice),
+        wi: wi.each_ref().map(Vec::as_slice),
+        wo: wo.each_ref().map(Vec::as_slice),
+        active: None,
+    };
+    for instructions in Instructions::available() {
+        shader.use_instructions(instructions);
+        let mut f = [(); 3].map(|()| vec![0.0; tuples.len()]);
+        timed(&mut tiers, || shader.eval_batch(&points, f.each_mut().map(Vec::as_mut_slice)))
+            .expect("equal lengths");
+        let differs = |&(k, single): &(usize, &Vec3)| {
+            (0..3).any(|c| f[c][k].to_bits() != single[c].to_bits())
+        };
+        let differing = singles.iter().enumerate().filter(differs).count() as u64;
+        tiers.last_mut().expect("one was timed").differing = differing;
+    }
+    for ((tuple, single), double) in tuples.iter().zip(singles).zip(doubles) {
+        let single = single.as_dvec3();
         // The specular channel, the diffuse one, and the one with both.
         for channel in 0..3 {
             let of_kind = &mut errors[if channel == 1 { KINDS.len() - 1 } else { kind }];
@@ -177,7 +252,16 @@ fn of_cloth(index: u64) -> [Errors; KINDS.len()] {
             }
         }
     }
-    errors
+    Study { errors, tiers }
+}
+
+/// The result of `evaluate`, whose time makes another tier.
+fn timed<T>(tiers: &mut Vec<Tier>, evaluate: impl FnOnce() -> T) -> T {
+    let start = Instant::now();
+    let result = evaluate();
+    let seconds = start.elapsed().as_secs_f64();
+    tiers.push(Tier { seconds, tuples: PER_CLOTH, differing: 0 });
+    result
 }
 
 /// The inputs of one evaluation.

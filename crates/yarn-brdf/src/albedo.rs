@@ -18,7 +18,7 @@ use core::f64::consts::{FRAC_2_PI, FRAC_PI_2, PI};
 use selvedge_normalize::glam::DVec3;
 
 use crate::frame::Vector;
-use crate::real::Real;
+use crate::real::{Real, Scalar};
 use crate::ring::{Rings, Turn};
 use crate::rough::longitudinal;
 use crate::rules::{Rules, gauss_legendre};
@@ -32,8 +32,16 @@ pub(crate) struct Affine<R> {
     pub(crate) slope: R,
 }
 
+impl<R: Scalar> Affine<R> {
+    /// The same in as many lanes as `like` has.
+    #[inline(always)]
+    pub(crate) fn splat<L: Real<Scalar = R>>(self, like: L) -> Affine<L> {
+        Affine { base: like.splat(self.base), slope: like.splat(self.slope) }
+    }
+}
+
 impl<R: Real> Affine<R> {
-    #[inline]
+    #[inline(always)]
     pub(crate) fn at(self, ratio: R) -> R {
         self.base - self.slope * ratio
     }

@@ -5,10 +5,11 @@
 //! with n·wi > 0 are those within a right angle of n, whatever their inclination. Drawing from that
 //! half alone matters: most of a forward peak passes into the yarn.
 
-use core::f64::consts::{FRAC_PI_2, PI};
+use core::f64::consts::{FRAC_1_PI, FRAC_PI_2, PI, SQRT_2};
 
 use crate::phase::{Azimuth, Phase, PhaseTable, cauchy_width};
 use crate::real::Real;
+use crate::segment::cosine;
 
 /// Draws azimuths about a fibre: `even_share` of them evenly, the others about the peak.
 #[derive(Clone, Debug)]
@@ -33,19 +34,21 @@ enum Peak {
 
 /// How a surface lies about a fibre in it, as seen from `wo`.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Facing {
+pub(crate) struct Facing<R> {
     /// Cosine of the azimuth from `wo` to the normal, in [0, 1].
-    pub(crate) cos: f64,
+    pub(crate) cos: R,
     /// Product of the sines of the angles from the fibre to `wi` and `wo`.
-    pub(crate) sines: f64,
+    pub(crate) sines: R,
 }
 
-impl Facing {
+impl<R: Real> Facing<R> {
     /// Of a surface on which `wo` has the cosine `q` > 0, at the sines `si` and `so` of the
     /// inclinations `t·wi` and `t·wo`.
-    pub(crate) fn new(q: f64, si: f64, so: f64) -> Self {
-        let [ri, ro] = [si, so].map(|s| ((1.0 - s) * (1.0 + s)).max(0.0).sqrt());
-        Self { cos: (q / ro.max(f64::MIN_POSITIVE)).min(1.0), sines: ri * ro }
+    #[inline(always)]
+    pub(crate) fn new(q: R, si: R, so: R) -> Self {
+        let (ri, ro) = (cosine(si), cosine(so));
+        let cos = (q / ro.max(q.of(f32::MIN_POSITIVE.into()))).min(q.one());
+        Self { cos, sines: ri * ro }
     }
 }
 
@@ -70,23 +73,24 @@ impl AzimuthSampler {
     }
 
     /// The shares of the even part and of the peak that lie on the half of the circle.
-    fn shares(&self, facing: Facing) -> [f64; 2] {
+    #[inline(always)]
+    fn shares<R: Real>(&self, facing: Facing<R>) -> [R; 2] {
+        let cos = facing.cos;
         let peak = match self.peak.kind(facing) {
             Kind::Cauchy { width, is_backward } => {
-                let cos = if is_backward { facing.cos } else { -facing.cos };
-                cauchy_share(width, cos)
+                cauchy_share(width, if is_backward { cos } else { -cos })
             }
             Kind::Tabulated(table) => {
-                let [near, far] = table_shares(table, facing.cos);
+                let [near, far] = table_shares(table, cos);
                 near + far
             }
         };
-        [0.5 * self.even_share, (1.0 - self.even_share) * peak]
+        [cos.of(0.5 * self.even_share), peak * cos.of(1.0 - self.even_share)]
     }
 
     /// (cos Δφ, sin Δφ) for `xi` in [0, 1); `sin` is the sine of the azimuth whose cosine is in
     /// `facing`.
-    pub(crate) fn sample(&self, xi: f64, facing: Facing, sin: f64) -> (f64, f64) {
+    pub(crate) fn sample(&self, xi: f64, facing: Facing<f64>, sin: f64) -> (f64, f64) {
         let [even, peak] = self.shares(facing);
         let place = xi * (even + peak);
         if place < even {
@@ -119,36 +123,41 @@ impl AzimuthSampler {
     }
 
     /// The density of [`AzimuthSampler::sample`] on its half of the circle, rad⁻¹.
-    pub(crate) fn density<R: Real + Into<f64>>(&self, azimuth: &Azimuth<R>, facing: Facing) -> f64 {
+    #[inline(always)]
+    pub(crate) fn density<R: Real>(&self, azimuth: &Azimuth<R>, facing: Facing<R>) -> R {
         let peak = match self.peak.kind(facing) {
             Kind::Cauchy { width, is_backward } => {
                 // With ρ = (1 − k)/(1 + k): k / (π (k² (1 + cos) + (1 − cos))) about the peak.
-                let gaps = [azimuth.forward_gap().into(), azimuth.backward_gap().into()];
-                let from_peak: f64 = gaps[usize::from(is_backward)];
-                let beyond: f64 = gaps[usize::from(!is_backward)];
-                width / (PI * (width * width * beyond + from_peak))
+                let gaps = [azimuth.forward_gap(), azimuth.backward_gap()];
+                let (from_peak, beyond) =
+                    if is_backward { (gaps[1], gaps[0]) } else { (gaps[0], gaps[1]) };
+                width / ((width * width * beyond + from_peak) * width.of(PI))
             }
-            Kind::Tabulated(table) => table.about(azimuth).into(),
+            Kind::Tabulated(table) => table.about(azimuth),
         };
         let [even_share, peak_share] = self.shares(facing);
-        let density = self.even_share / (2.0 * PI) + (1.0 - self.even_share) * peak;
+        let density = peak * peak.of(1.0 - self.even_share) + peak.of(self.even_share / (2.0 * PI));
         // A table may have nothing there.
-        density / (even_share + peak_share).max(f64::MIN_POSITIVE)
+        density / (even_share + peak_share).max(peak.of(f32::MIN_POSITIVE.into()))
     }
 }
 
 /// A [`Peak`] for given inclinations.
-enum Kind<'a> {
-    Cauchy { width: f64, is_backward: bool },
+enum Kind<'a, R> {
+    Cauchy { width: R, is_backward: bool },
     Tabulated(&'a PhaseTable),
 }
 
 impl Peak {
-    fn kind(&self, facing: Facing) -> Kind<'_> {
+    #[inline(always)]
+    fn kind<R: Real>(&self, facing: Facing<R>) -> Kind<'_, R> {
         match *self {
-            Self::Cauchy { width, is_backward } => Kind::Cauchy { width, is_backward },
+            Self::Cauchy { width, is_backward } => {
+                Kind::Cauchy { width: facing.cos.of(width), is_backward }
+            }
             Self::Spatial { beta } => {
-                Kind::Cauchy { width: bounding_width(beta * facing.sines), is_backward: false }
+                let width = bounding_width(facing.sines * facing.sines.of(beta));
+                Kind::Cauchy { width, is_backward: false }
             }
             Self::Tabulated(ref table) => Kind::Tabulated(table),
         }
@@ -157,25 +166,35 @@ impl Peak {
 
 /// Half width of the wrapped Cauchy that bounds a von Mises peak best, rad (Best & Fisher 1979): their
 /// ratio is at most 1.52 at any concentration.
-fn bounding_width(beta: f64) -> f64 {
-    // ρ = (τ − √(2τ))/2β with τ = 1 + √(1 + 4β²).
-    let tau = 1.0 + (1.0 + 4.0 * beta * beta).sqrt();
-    let rho = if beta < 1e-4 { 0.5 * beta } else { (tau - (2.0 * tau).sqrt()) / (2.0 * beta) };
-    (1.0 - rho) / (1.0 + rho)
+///
+/// Theirs is ρ = (s² − s√2)/2β with s² = 1 + √(1 + 4β²); that is 2β/(s (s + √2)), of which no digits
+/// cancel, and (1 − ρ)/(1 + ρ) = 2√2/((s + √2)(1 + ρ)²).
+#[inline(always)]
+fn bounding_width<R: Real>(beta: R) -> R {
+    let one = beta.one();
+    let s = (one + (one + beta * beta * beta.of(4.0)).sqrt()).sqrt();
+    let sum = s + beta.of(SQRT_2);
+    let beyond = one + (beta + beta) / (s * sum);
+    beta.of(2.0 * SQRT_2) / (sum * beyond * beyond)
 }
 
 /// The share of a wrapped Cauchy of half width `k` that lies within a right angle of the azimuth with
 /// the cosine `cos` from its peak: of its distribution ½ + atan(tan(Δφ/2)/k)/π, the difference between
 /// two places half a turn apart, by the tangent of a difference.
-fn cauchy_share(k: f64, cos: f64) -> f64 {
-    (2.0 * k).atan2(-(1.0 - k) * (1.0 + k) * cos) / PI
+#[inline(always)]
+fn cauchy_share<R: Real>(k: R, cos: R) -> R {
+    let one = k.one();
+    (k + k).atan2(-((one - k) * (one + k) * cos)) * k.of(FRAC_1_PI)
 }
 
 /// The shares of a table on either side of |Δφ| = 0, as far as they lie within a right angle of the
 /// azimuth with the cosine `cos`.
-fn table_shares(table: &PhaseTable, cos: f64) -> [f64; 2] {
-    let angle = cos.clamp(0.0, 1.0).acos();
-    [FRAC_PI_2 + angle, FRAC_PI_2 - angle].map(|end| 0.5 * table.share_below(end))
+#[inline(always)]
+fn table_shares<R: Real>(table: &PhaseTable, cos: R) -> [R; 2] {
+    let quarter = cos.of(FRAC_PI_2);
+    let angle = quarter - cos.clamp_to(cos.zero(), cos.one()).asin();
+    let half = cos.of(0.5);
+    [table.share_below(quarter + angle) * half, table.share_below(quarter - angle) * half]
 }
 
 #[cfg(test)]

@@ -12,7 +12,7 @@ use crate::segment::{Optics, Root, in_window, normal};
 /// m² = H_y² + H_z².
 #[inline(always)]
 pub(crate) fn root<R: Real>(
-    optics: &Optics<R>,
+    optics: &Optics<R::Scalar>,
     sin_v: R,
     cos_v: R,
     wi: Vector<R>,
@@ -21,7 +21,7 @@ pub(crate) fn root<R: Real>(
     let (m, sin_u, cos_u) = inclination(wi, wo);
     let n = normal(sin_u, cos_u, sin_v, cos_v);
     let (p, q) = (n.dot(wi), n.dot(wo));
-    let is_lit = sin_u.abs().lt(optics.sin_u_max) & R::zero().lt(p) & R::zero().lt(q);
+    let is_lit = sin_u.abs().lt(sin_u.splat(optics.sin_u_max)) & p.is_positive() & q.is_positive();
     (Root { sin_u, cos_u, sin_v, cos_v, p, q, is_lit }, m)
 }
 
@@ -30,8 +30,8 @@ pub(crate) fn root<R: Real>(
 fn inclination<R: Real>(wi: Vector<R>, wo: Vector<R>) -> (R, R, R) {
     let h = wi.plus(wo);
     // Both directions are above the cloth, so H_z > 0 and the angle lies in (−π/2, π/2).
-    let m = (h.y * h.y + h.z * h.z).max(R::from_f64(1e-30)).sqrt();
-    let inv_m = R::one() / m;
+    let m = (h.y * h.y + h.z * h.z).max(h.z.of(1e-30)).sqrt();
+    let inv_m = m.one() / m;
     (m, h.y * inv_m, h.z * inv_m)
 }
 
@@ -46,8 +46,8 @@ fn inclination<R: Real>(wi: Vector<R>, wo: Vector<R>) -> (R, R, R) {
 /// 1/(2δ sin u_e), u_e the inclination at which that begins.
 #[inline(always)]
 pub(crate) fn highlight<R: Real>(
-    optics: &Optics<R>,
-    [delta, strength]: [R; 2],
+    optics: &Optics<R::Scalar>,
+    [delta, strength]: [R::Scalar; 2],
     [x, y, ratio]: [R; 3],
     wi: Vector<R>,
     wo: Vector<R>,
@@ -56,14 +56,14 @@ pub(crate) fn highlight<R: Real>(
     let is_near = in_window(y, optics.y_of_u(sin_u), delta);
     // Before anything that depends on x, since most of the yarn is dark.
     if !R::any(is_near) {
-        return Parts::none();
+        return Parts::none(x);
     }
     let (sin_v, cos_v, dv_dx) = optics.across(x);
     // Along n(u, 0); across lies x, the other axis of the plane about the fibre.
-    let rise = |w: Vector<R>| w.y * sin_u + w.z * cos_u;
-    let (rise_i, rise_o) = (rise(wi), rise(wo));
+    let (rise_i, rise_o) = (wi.y * sin_u + wi.z * cos_u, wo.y * sin_u + wo.z * cos_u);
     let (p, q) = (wi.x * sin_v + rise_i * cos_v, wo.x * sin_v + rise_o * cos_v);
-    let is_lit = is_near & sin_u.abs().lt(optics.sin_u_max) & R::zero().lt(p) & R::zero().lt(q);
+    let is_lit =
+        is_near & sin_u.abs().lt(sin_u.splat(optics.sin_u_max)) & p.is_positive() & q.is_positive();
     let scale = dv_dx
         * strength
         * optics.area(ratio, optics.bend(sin_u), cos_v)

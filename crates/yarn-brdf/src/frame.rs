@@ -17,50 +17,51 @@ pub(crate) struct Vector<R> {
 
 impl<R: Real> Vector<R> {
     /// The vector (x, y, z).
+    #[inline(always)]
     pub(crate) fn new(x: R, y: R, z: R) -> Self {
         Self { x, y, z }
     }
 
     /// The same directions turned over about y, the warp: half a turn.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn turned_over(self) -> Self {
         Self::new(-self.x, self.y, -self.z)
     }
 
     /// The scalar product.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn dot(self, other: Self) -> R {
         self.x * other.x + self.y * other.y + self.z * other.z
     }
 
     /// The sum.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn plus(self, other: Self) -> Self {
         Self::new(self.x + other.x, self.y + other.y, self.z + other.z)
     }
 
     /// The difference.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn minus(self, other: Self) -> Self {
         Self::new(self.x - other.x, self.y - other.y, self.z - other.z)
     }
 
     /// `self` times `factor`.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn times(self, factor: R) -> Self {
         Self::new(self.x * factor, self.y * factor, self.z * factor)
     }
 }
 
 impl Vector<f32> {
-    #[inline]
+    #[inline(always)]
     pub(crate) fn of(w: Vec3) -> Self {
         Self::new(w.x, w.y, w.z)
     }
 }
 
 impl Vector<f64> {
-    #[inline]
+    #[inline(always)]
     pub(crate) fn of(w: DVec3) -> Self {
         Self::new(w.x, w.y, w.z)
     }
@@ -71,13 +72,13 @@ impl Vector<f64> {
 ///
 /// For a warp yarn the two frames are one; for a weft yarn the map is the rotation by +90° about z,
 /// `(x, y, z) → (−y, x, z)`, which keeps the handedness of the twist.
-#[inline]
+#[inline(always)]
 pub(crate) fn to_yarn<R: Real>(w: Vector<R>, is_warp: bool) -> Vector<R> {
     if is_warp { w } else { Vector::new(-w.y, w.x, w.z) }
 }
 
 /// The inverse of [`to_yarn`].
-#[inline]
+#[inline(always)]
 pub(crate) fn from_yarn<R: Real>(w: Vector<R>, is_warp: bool) -> Vector<R> {
     if is_warp { w } else { Vector::new(w.y, -w.x, w.z) }
 }

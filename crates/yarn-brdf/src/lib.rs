@@ -74,12 +74,15 @@
 
 mod albedo;
 mod azimuth;
+mod batch;
 mod cloth;
 #[cfg(feature = "serde")]
 mod color;
+mod density;
 mod fabric;
 mod filament;
 mod frame;
+mod lanes;
 mod material;
 mod math;
 mod noise;
@@ -109,6 +112,7 @@ mod variants;
 mod weave;
 mod yarn;
 
+pub use batch::{Batch, BatchError, Colors, Draws, Instructions, Samples, YarnPoints};
 pub use cloth::{
     Cloth, ClothError, Combination, DEFAULT_PITCH, MIN_SIZE, PLAUSIBLE_PITCH, Steep, Thread,
 };

@@ -3,6 +3,7 @@
 use core::f64::consts::PI;
 use std::sync::Arc;
 
+use fearless_simd::{Simd, SimdBase, f32x16};
 use glam::DVec3;
 use selvedge_normalize::scale::Mode;
 
@@ -10,8 +11,9 @@ use crate::albedo::Affine;
 use crate::azimuth::AzimuthSampler;
 use crate::cloth::{Cloth, ClothError, Steep};
 use crate::frame::Vector;
+use crate::lanes::quadruples;
 use crate::place::Look;
-use crate::real::Real;
+use crate::real::Scalar;
 use crate::reflectance::Reflectance;
 use crate::segment::{Optics, normal};
 use crate::texture::{Target, Texture};
@@ -25,10 +27,6 @@ const STEEPEST: f64 = 0.999;
 #[derive(Debug)]
 pub(crate) struct Material<R> {
     pub(crate) look: Look<R>,
-    /// k, the greatest component of the specular colours.
-    pub(crate) amount: R,
-    /// Whether k is above 0.
-    pub(crate) has_highlight: bool,
     /// Segments up to a limit of w/l, and those up to each further limit in turn.
     bent: (f64, Piece<R>),
     lowered: Vec<(f64, Piece<R>)>,
@@ -47,6 +45,10 @@ pub(crate) struct Piece<R> {
     pub(crate) u_max_limit: f64,
     /// What makes the diffuse by the yarn's normal as bright as it may be; `None` if it is flat.
     pub(crate) diffuse_scale: Option<R>,
+    /// k, the greatest component of the specular colours.
+    pub(crate) amount: R,
+    /// Whether k is above 0: then there is a highlight to compute.
+    pub(crate) has_highlight: bool,
 }
 
 /// What one type of yarn needs in either precision.
@@ -58,6 +60,8 @@ pub(crate) struct Kind {
     pub(crate) is_reshaped: bool,
     /// Whether the yarn looks the same everywhere.
     pub(crate) is_uniform: bool,
+    /// Whether it does but for the grains of its highlight.
+    pub(crate) is_grained: bool,
 }
 
 /// A type of yarn whose u_max was lowered because its shortest segments are too short to bend so far.
@@ -94,7 +98,28 @@ pub(crate) struct Materials {
     pub(crate) single: Vec<Material<f32>>,
     pub(crate) double: Vec<Material<f64>>,
     pub(crate) lowered: Vec<Lowered>,
+    pub(crate) side_by_side: SideBySide,
 }
+
+/// What many points at a time need of the types of yarn, by index.
+#[derive(Debug, Default)]
+pub(crate) struct SideBySide {
+    /// The key of the bent piece; that of the straight one is greater by 1, and those of the lowered
+    /// ones follow. Types that differ in colour alone have the same.
+    pub(crate) keys: Vec<u32>,
+    /// Colour, opacity, both specular colours, each followed by a 0.
+    looks: Vec<[f32; 12]>,
+    /// Whether some type looks different from place to place by more than grains.
+    pub(crate) is_irregular: bool,
+    /// For each type the strength of the grains of the highlight and their number per cell; empty if no
+    /// type has any.
+    pub(crate) grains: Vec<[f64; 2]>,
+    /// Whether some type has lowered pieces.
+    pub(crate) is_lowered: bool,
+}
+
+/// Bits of a key that tell the piece of a type; the others tell the type.
+const PIECE_BITS: u32 = 8;
 
 /// The greatest w/l of the segments of one type of yarn, as warp and as weft; 0 if it has none.
 pub(crate) type Shapes = [f64; 2];
@@ -121,11 +146,10 @@ impl Materials {
                     |(target, _)| matches!(target, Target::Parameter(name) if *name != "opacity"),
                 );
             let noise = &yarn.noise;
+            let is_even = textures.is_empty() && !is_reshaped && noise.color == 0.0;
             let kind = Kind {
-                is_uniform: textures.is_empty()
-                    && !is_reshaped
-                    && noise.intensity == 0.0
-                    && noise.color == 0.0,
+                is_uniform: is_even && noise.intensity == 0.0,
+                is_grained: is_even && noise.intensity > 0.0,
                 yarn: yarn.clone(),
                 textures,
                 is_reshaped,
@@ -162,7 +186,19 @@ impl Materials {
             materials.double.push(material(cloth, yarn, &variants.grid, &bent, &straight));
             materials.kinds.push(kind);
         }
+        materials.side_by_side = SideBySide::new(&materials.single, &materials.kinds);
         Ok(materials)
+    }
+
+    /// The piece with the `key` that one of the types has.
+    #[inline]
+    pub(crate) fn piece_of(&self, key: u32) -> &Piece<f32> {
+        let material = &self.single[(key >> PIECE_BITS) as usize];
+        match key % (1 << PIECE_BITS) {
+            0 => &material.bent.1,
+            1 => &material.straight,
+            beyond => &material.lowered[beyond as usize - 2].1,
+        }
     }
 
     /// Their memory, in bytes. Tables that they share count once.
@@ -209,6 +245,92 @@ impl Materials {
     }
 }
 
+impl SideBySide {
+    fn new(materials: &[Material<f32>], kinds: &[Kind]) -> Self {
+        let mut keys = Vec::<u32>::new();
+        for (index, material) in materials.iter().enumerate() {
+            let alike = |other: &Material<f32>| other.has_pieces_of(material);
+            // A cloth of many colours has few kinds of yarn, which are found soon.
+            let first = materials[..index].iter().position(alike).unwrap_or(index);
+            keys.push((first as u32) << PIECE_BITS);
+        }
+        let look = |material: &Material<f32>| {
+            let Look { color: [r, g, b], specular: [p, q], opacity, .. } = material.look;
+            [r, g, b, opacity, p[0], p[1], p[2], 0.0, q[0], q[1], q[2], 0.0]
+        };
+        Self {
+            keys,
+            looks: materials.iter().map(look).collect(),
+            is_irregular: kinds.iter().any(|kind| !(kind.is_uniform || kind.is_grained)),
+            grains: if kinds.iter().any(|kind| kind.is_grained) {
+                let of =
+                    |kind: &Kind| [kind.yarn.noise.intensity, kind.yarn.noise.fineness.round()];
+                kinds.iter().map(of).collect()
+            } else {
+                vec![]
+            },
+            is_lowered: materials.iter().any(|material| !material.lowered.is_empty()),
+        }
+    }
+
+    /// The looks of types of yarn that look the same everywhere.
+    #[inline(always)]
+    pub(crate) fn look<S: Simd>(&self, simd: S, yarns: &[u32]) -> Look<f32x16<S>> {
+        let [r, g, b, opacity] = self.look_part(simd, yarns, 0);
+        let [p, q, s, _] = self.look_part(simd, yarns, 4);
+        let [t, v, w, _] = self.look_part(simd, yarns, 8);
+        let intensity = <f32x16<S> as SimdBase<S>>::splat(simd, 1.0);
+        Look { color: [r, g, b], specular: [[p, q, s], [t, v, w]], opacity, intensity }
+    }
+
+    /// Four numbers of the looks from `first` on.
+    #[inline(always)]
+    fn look_part<S: Simd>(&self, simd: S, yarns: &[u32], first: usize) -> [f32x16<S>; 4] {
+        if let [look] = self.looks.as_slice() {
+            let [a, b] = [f32x16::splat(simd, look[first]), f32x16::splat(simd, look[first + 1])];
+            let c = f32x16::splat(simd, look[first + 2]);
+            [a, b, c, f32x16::splat(simd, look[first + 3])]
+        } else {
+            quadruples(simd, |lane| &self.looks[yarns[lane] as usize][first..first + 4])
+        }
+    }
+}
+
+impl Material<f32> {
+    /// Whether all pieces are those of `other`.
+    fn has_pieces_of(&self, other: &Self) -> bool {
+        let pairs = self.lowered.iter().zip(&other.lowered);
+        self.bent.0 == other.bent.0
+            && self.bent.1.is_like(&other.bent.1)
+            && self.straight.is_like(&other.straight)
+            && self.lowered.len() == other.lowered.len()
+            && pairs.into_iter().all(|(a, b)| a.0 == b.0 && a.1.is_like(&b.1))
+    }
+
+    /// What is to be added to the key of the bent piece for a bent segment of the shape `ratio` = w/l.
+    pub(crate) fn lowered_key(&self, ratio: f64) -> u32 {
+        if ratio <= self.bent.0 {
+            return 0;
+        }
+        let fitting = self.lowered.iter().position(|&(limit, _)| ratio <= limit);
+        match fitting.or(self.lowered.len().checked_sub(1)) {
+            Some(index) => 2 + index as u32,
+            None => 0,
+        }
+    }
+}
+
+impl Piece<f32> {
+    /// Whether `other` reflects the same, colours aside.
+    fn is_like(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.reflectance, &other.reflectance)
+            && self.optics == other.optics
+            && self.amount == other.amount
+            && self.diffuse_scale == other.diffuse_scale
+            && self.u_max_limit == other.u_max_limit
+    }
+}
+
 impl<R> Material<R> {
     /// The tables of all its pieces.
     fn reflectances(&self) -> impl Iterator<Item = &Arc<Reflectance>> {
@@ -237,13 +359,14 @@ impl<R> Material<R> {
     }
 }
 
-fn material<R: Real>(
+fn material<R: Scalar>(
     cloth: &Cloth,
     yarn: &Yarn,
     variants: &[Yarn],
     bent: &[(f64, Arc<Reflectance>, Yarn)],
     straight: &Arc<Reflectance>,
 ) -> Material<R> {
+    let amount = yarn.specular_amount();
     let color = |c: [f32; 3]| c.map(|component| R::from_f64(component.into()));
     let piece = |yarn: &Yarn, limit: f64, is_straight: bool, table: &Arc<Reflectance>| {
         let u_max_limit = (STEEPEST / limit).min(1.0).asin();
@@ -263,6 +386,8 @@ fn material<R: Real>(
             diffuse_scale: (yarn.diffuse == Diffuse::YarnNormal).then(|| {
                 R::from_f64(variants.iter().map(diffuse_scale).fold(f64::INFINITY, f64::min))
             }),
+            amount: R::from_f64(amount.into()),
+            has_highlight: amount > 0.0,
         }
     };
     let bent_piece = |(limit, table, yarn): &(f64, Arc<Reflectance>, Yarn)| {
@@ -273,10 +398,8 @@ fn material<R: Real>(
             color: color(yarn.color),
             specular: yarn.specular_colors().map(color),
             opacity: R::from_f64(yarn.opacity),
-            intensity: R::one(),
+            intensity: R::from_f64(1.0),
         },
-        amount: R::from_f64(yarn.specular_amount().into()),
-        has_highlight: yarn.specular_amount() > 0.0,
         bent: bent_piece(&bent[0]),
         lowered: bent[1..].iter().map(bent_piece).collect(),
         straight: piece(yarn, 1.0, true, straight),

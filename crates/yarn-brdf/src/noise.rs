@@ -1,5 +1,10 @@
 //! Irregularities: hashes and noise on absolute thread and position, which never repeat with the tile.
 
+use fearless_simd::{Simd, f32x16, mask32x16, mask64x8, prelude::*, u32x16, u64x8};
+
+use crate::lanes::Wide;
+use crate::real::{Real, Scalar};
+
 /// What a random number is for, so that no two uses of one thread are alike.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Use {
@@ -24,14 +29,8 @@ impl Line {
     /// A hash of `place` on the thread: 64 even bits (Steele, Lea & Flood 2014, the mixing function
     /// of SplitMix).
     fn hash(self, usage: Use, place: i64) -> u64 {
-        let mix = |state: u64| {
-            let mut z = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-            z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-            z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-            z ^ (z >> 31)
-        };
-        let kind = (usage as u64) << 1 | u64::from(self.is_warp);
-        mix(mix(mix(self.seed ^ kind).wrapping_add(self.index as u64)).wrapping_add(place as u64))
+        let start = start(self.seed, usage, self.is_warp);
+        mix(mix(start.wrapping_add(self.index as u64)).wrapping_add(place as u64))
     }
 
     /// An even number in [0, 1) for `place`.
@@ -47,11 +46,9 @@ impl Line {
 
     /// A factor for the highlight of the grain (`along`, `across`) of the thread: exponentially
     /// distributed with mean 1 − e⁻¹⁰, at most 10 (Irawan & Marschner 2012, section 6.2).
-    pub(crate) fn intensity(self, along: i64, across: i64) -> f64 {
-        // Fewer than 128 grains lie across a thread.
-        let grain = along.wrapping_mul(128).wrapping_add(across);
-        let share = 1.0 - self.uniform(Use::Intensity, grain);
-        (-share.ln()).min(MAX_INTENSITY)
+    pub(crate) fn intensity<R: Scalar>(self, along: i64, across: i64) -> R {
+        let grain = along.wrapping_mul(GRAINS).wrapping_add(across);
+        intensity(R::from_f64((self.hash(Use::Intensity, grain) >> 40) as f64))
     }
 
     /// Gradient noise at `cell + fraction`, 0 at every whole number: continuous with its first
@@ -90,6 +87,73 @@ impl Line {
 
 /// The greatest factor of [`Line::intensity`].
 pub(crate) const MAX_INTENSITY: f64 = 10.0;
+
+/// More than the grains that lie across a thread.
+const GRAINS: i64 = 128;
+
+/// The factor of the highlight for 24 even bits, as a number.
+#[inline(always)]
+fn intensity<R: Real>(bits: R) -> R {
+    // So many that their share, and what is left of 1, are exact also in f32.
+    let share = bits.one() - bits * bits.of(1.0 / (1 << 24) as f64);
+    (-share.ln()).min(bits.of(MAX_INTENSITY))
+}
+
+/// Where the hashes of a thread start, but for its index.
+fn start(seed: u64, usage: Use, is_warp: bool) -> u64 {
+    mix(seed ^ ((usage as u64) << 1 | u64::from(is_warp)))
+}
+
+const INCREMENT: u64 = 0x9e37_79b9_7f4a_7c15;
+const FACTORS: [u64; 2] = [0xbf58_476d_1ce4_e5b9, 0x94d0_49bb_1331_11eb];
+
+fn mix(state: u64) -> u64 {
+    let mut z = state.wrapping_add(INCREMENT);
+    z = (z ^ (z >> 30)).wrapping_mul(FACTORS[0]);
+    z = (z ^ (z >> 27)).wrapping_mul(FACTORS[1]);
+    z ^ (z >> 31)
+}
+
+/// [`mix`] side by side.
+#[inline(always)]
+fn mix_lanes<S: Simd>(state: u64x8<S>) -> u64x8<S> {
+    let z = state + INCREMENT;
+    let z = (z ^ (z >> 30)) * FACTORS[0];
+    let z = (z ^ (z >> 27)) * FACTORS[1];
+    z ^ (z >> 31)
+}
+
+/// [`Line::intensity`] side by side, for threads of the index `line`; the numbers are whole.
+#[inline(always)]
+pub(crate) fn intensities<S: Simd>(
+    seed: u64,
+    is_warp: mask32x16<S>,
+    line: Wide<S>,
+    along: Wide<S>,
+    across: Wide<S>,
+) -> f32x16<S> {
+    let [weft, warp] = [false, true].map(|is_warp| start(seed, Use::Intensity, is_warp));
+    let (is_warp_low, is_warp_high) = is_warp.widen();
+    let [line_low, line_high] = line.to_u64();
+    let [low, high] = (along * GRAINS as f64 + across).to_u64();
+    let low = hash_lanes(is_warp_low, [weft, warp], line_low, low);
+    let high = hash_lanes(is_warp_high, [weft, warp], line_high, high);
+    // The upper 24 bits of each, as a number.
+    let bits: u32x16<S> = low.bitcast::<u32x16<S>>().unzip_high(high.bitcast::<u32x16<S>>());
+    intensity((bits >> 8).to_float())
+}
+
+#[inline(always)]
+fn hash_lanes<S: Simd>(
+    is_warp: mask64x8<S>,
+    [weft, warp]: [u64; 2],
+    line: u64x8<S>,
+    place: u64x8<S>,
+) -> u64x8<S> {
+    let simd = line.token();
+    let start = is_warp.select(u64x8::splat(simd, warp), u64x8::splat(simd, weft));
+    mix_lanes(mix_lanes(start + line) + place)
+}
 
 #[cfg(test)]
 mod tests {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::frame::Vector;
 use crate::parameter::ParamError;
-use crate::real::Real;
+use crate::real::{Real, Scalar};
 
 /// How the light that a fibre scatters spreads over the azimuth of the specular cone.
 ///
@@ -129,13 +129,14 @@ impl PhaseTable {
     }
 
     /// Density at the angle `delta` in [0, π], rad⁻¹.
+    #[inline(always)]
     fn at<R: Real>(&self, delta: R) -> R {
         let steps = (self.density.len() - 1) as f64;
-        R::linear(&self.density, delta * R::from_f64(steps / PI))
+        R::linear(&self.density, delta * delta.of(steps / PI))
     }
 
     /// Density for two directions about a fibre, rad⁻¹.
-    #[inline(never)]
+    #[inline(always)]
     pub(crate) fn about<R: Real>(&self, azimuth: &Azimuth<R>) -> R {
         // tan²(Δφ/2) = (1 − cos Δφ)/(1 + cos Δφ).
         let half = azimuth.backward_gap().sqrt().atan2(azimuth.forward_gap().sqrt());
@@ -143,12 +144,13 @@ impl PhaseTable {
     }
 
     /// The share of either half of the circle that lies below |Δφ| = `angle` in [0, π].
-    pub(crate) fn share_below(&self, angle: f64) -> f64 {
+    #[inline(always)]
+    pub(crate) fn share_below<R: Real>(&self, angle: R) -> R {
         let step = PI / (self.density.len() - 1) as f64;
-        let index = ((angle / step) as usize).min(self.density.len() - 2);
-        let within = angle - index as f64 * step;
-        let low = f64::from(self.density[index]);
-        f64::from(self.distribution[index]) + within * (low + self.at(angle))
+        let position = angle * angle.of(1.0 / step);
+        let ([low, high], share) = R::entries(&self.density, position);
+        let ([below, _], _) = R::entries(&self.distribution, position);
+        below + share * angle.of(step) * (low + low + (high - low) * share)
     }
 
     /// The |Δφ| below which lies the share `xi` in [0, 1) of either half of the circle.
@@ -188,7 +190,7 @@ impl Default for Phase {
 }
 
 /// The constants of a [`Phase`], ready for evaluation.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct PhaseConstants<R> {
     /// The uniform part, rad⁻¹ on the cone.
     uniform: R,
@@ -196,7 +198,7 @@ pub(crate) struct PhaseConstants<R> {
 }
 
 /// The part of a phase function that has a direction.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 enum Peak<R> {
     /// `height · exp(−β (1 + cos Δφ))`.
     VonMises { height: R, beta: R },
@@ -216,17 +218,18 @@ pub(crate) struct Parts<R> {
 }
 
 impl<R: Real> Parts<R> {
-    /// Nothing.
-    #[inline]
-    pub(crate) fn none() -> Self {
-        Self { peak: R::zero(), uniform: R::zero() }
+    /// Nothing, in as many lanes as `like`.
+    #[inline(always)]
+    pub(crate) fn none(like: R) -> Self {
+        Self { peak: like.zero(), uniform: like.zero() }
     }
 
     /// Both times `factor` where `mask` holds; 0 where it does not, whatever the numbers.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn scaled(self, factor: R, mask: R::Mask) -> Self {
-        let scaled = |part: R| R::select(mask, part * factor, R::zero());
-        Self { peak: scaled(self.peak), uniform: scaled(self.uniform) }
+        let zero = factor.zero();
+        let peak = R::select(mask, self.peak * factor, zero);
+        Self { peak, uniform: R::select(mask, self.uniform * factor, zero) }
     }
 }
 
@@ -244,7 +247,7 @@ pub(crate) struct Azimuth<R> {
 
 impl Phase {
     /// The constants in precision `R`.
-    pub(crate) fn constants<R: Real>(&self) -> PhaseConstants<R> {
+    pub(crate) fn constants<R: Scalar>(&self) -> PhaseConstants<R> {
         // The scaled Bessel function e^{−β} I₀(β) stays finite where I₀ itself overflows.
         let height = |share: f64, beta: f64| R::from_f64(share / (2.0 * PI * pxfm::f_i0e(beta)));
         let (uniform, peak) = match *self {
@@ -300,23 +303,23 @@ pub(crate) fn cauchy_width(rho: f64) -> f64 {
     (1.0 - rho) / (1.0 + rho)
 }
 
-impl<R: Real> PhaseConstants<R> {
+impl<T: Scalar> PhaseConstants<T> {
     /// f_c for two directions about a fibre, rad⁻¹.
     #[inline(always)]
-    pub(crate) fn eval(&self, azimuth: &Azimuth<R>) -> Parts<R> {
+    pub(crate) fn eval<R: Real<Scalar = T>>(&self, azimuth: &Azimuth<R>) -> Parts<R> {
         let peak = match &self.peak {
-            Peak::VonMises { height, beta } => *height * (-(*beta * azimuth.forward_gap())).exp(),
+            Peak::VonMises { height, beta } => (-(azimuth.forward_gap() * *beta)).exp() * *height,
             Peak::VonMises3d { height, beta } => {
-                *height * (-(*beta * azimuth.opposite_gap())).exp()
+                (-(azimuth.opposite_gap() * *beta)).exp() * *height
             }
             Peak::WrappedCauchy { height, tail_sq, two_rho, is_backward } => {
                 let from_peak =
                     if *is_backward { azimuth.backward_gap() } else { azimuth.forward_gap() };
-                *height / (*tail_sq + *two_rho * from_peak)
+                from_peak.splat(*height) / (from_peak * *two_rho + *tail_sq)
             }
             Peak::Tabulated(table) => table.about(azimuth),
         };
-        Parts { peak, uniform: self.uniform }
+        Parts { peak, uniform: peak.splat(self.uniform) }
     }
 }
 
@@ -324,61 +327,64 @@ impl<R: Real> Azimuth<R> {
     /// Of two unit vectors that lie on the specular cone of the fibre tangent `t`, `t·wi = −t·wo`.
     ///
     /// There both are equally far from the fibre, so no root is taken.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn on_cone(t: Vector<R>, wi: Vector<R>, wo: Vector<R>) -> Self {
         let (a, b) = (across(wi, t), across(wo, t));
-        let scale = R::one() / (a.dot(a) + b.dot(b)).max(R::from_f64(1e-37));
+        let scale = t.x.one() / (a.dot(a) + b.dot(b)).max(t.x.of(1e-37));
         Self { sum: a.plus(b), difference: a.minus(b), scale, half_vector: wi.plus(wo) }
     }
 
     /// Of two unit vectors on the specular cone, by their parts in the plane across the fibre.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn in_plane(a: [R; 2], b: [R; 2], half_vector: Vector<R>) -> Self {
-        let across = |x: R, y: R| Vector::new(x, y, R::zero());
-        let square = |v: [R; 2]| v[0] * v[0] + v[1] * v[1];
-        let scale = R::one() / (square(a) + square(b)).max(R::from_f64(1e-37));
-        let (sum, difference) =
-            (across(a[0] + b[0], a[1] + b[1]), across(a[0] - b[0], a[1] - b[1]));
+        let (square_a, square_b) = (a[0] * a[0] + a[1] * a[1], b[0] * b[0] + b[1] * b[1]);
+        let scale = a[0].one() / (square_a + square_b).max(a[0].of(1e-37));
+        let zero = a[0].zero();
+        let sum = Vector::new(a[0] + b[0], a[1] + b[1], zero);
+        let difference = Vector::new(a[0] - b[0], a[1] - b[1], zero);
         Self { sum, difference, scale, half_vector }
     }
 
     /// Of two unit vectors about the fibre tangent `t`. Where one lies along the fibre its azimuth
     /// is undefined; the values are then finite and arbitrary.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn about(t: Vector<R>, wi: Vector<R>, wo: Vector<R>) -> Self {
-        let unit = |w: Vector<R>| {
-            let w = across(w, t);
-            // The smallest square that is a normal number in f32.
-            w.times(R::one() / w.dot(w).max(R::from_f64(1e-37)).sqrt())
-        };
-        let (a, b) = (unit(wi), unit(wo));
-        let scale = R::from_f64(0.5);
+        let (a, b) = (unit_across(wi, t), unit_across(wo, t));
+        let scale = t.x.of(0.5);
         Self { sum: a.plus(b), difference: a.minus(b), scale, half_vector: wi.plus(wo) }
     }
 
     /// 1 + cos Δφ.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn forward_gap(&self) -> R {
         self.sum.dot(self.sum) * self.scale
     }
 
     /// 1 − cos Δφ.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn backward_gap(&self) -> R {
         self.difference.dot(self.difference) * self.scale
     }
 
     /// 1 + wi·wo.
-    #[inline]
+    #[inline(always)]
     fn opposite_gap(&self) -> R {
-        self.half_vector.dot(self.half_vector) * R::from_f64(0.5)
+        self.half_vector.dot(self.half_vector) * self.scale.of(0.5)
     }
 }
 
 /// The part of `w` perpendicular to the unit vector `t`.
-#[inline]
+#[inline(always)]
 fn across<R: Real>(w: Vector<R>, t: Vector<R>) -> Vector<R> {
     w.plus(t.times(-w.dot(t)))
+}
+
+/// Its direction; 0 where there is none.
+#[inline(always)]
+fn unit_across<R: Real>(w: Vector<R>, t: Vector<R>) -> Vector<R> {
+    let w = across(w, t);
+    // The smallest square that is a normal number in f32.
+    w.times(t.x.one() / w.dot(w).max(t.x.of(1e-37)).sqrt())
 }
 
 /// About the standard deviation of a von Mises peak, rad, at most 1.

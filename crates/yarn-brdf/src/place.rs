@@ -5,13 +5,14 @@ use glam::DVec2;
 use crate::azimuth::AzimuthSampler;
 use crate::material::{Kind, Material, Piece};
 use crate::noise::{Line, Use};
-use crate::real::Real;
+use crate::phase::Parts;
+use crate::real::{Real, Scalar};
 use crate::segment::Optics;
-use crate::shader::Shader;
+use crate::shader::{Shader, White};
 use crate::texture::Target;
 use crate::threads::{Constant, Fill, Moving};
 use crate::weave::{Position, Segment, Side, Touching};
-use crate::yarn::Yarn;
+use crate::yarn::{Noise, Yarn};
 
 /// What shows at a position, ready to be shaded.
 #[derive(Clone, Copy, Debug)]
@@ -23,10 +24,6 @@ pub(crate) struct Place<'a, R> {
     /// x and y in [−1, 1], and w/l.
     pub(crate) at: [R; 3],
     pub(crate) look: &'a Look<R>,
-    /// k, the greatest component of the specular colours of the type.
-    pub(crate) amount: R,
-    /// Whether k is above 0: then there is a highlight to compute.
-    pub(crate) has_highlight: bool,
 }
 
 /// Colours of a place.
@@ -40,17 +37,61 @@ pub(crate) struct Look<R> {
     pub(crate) intensity: R,
 }
 
+impl<R: Real> Look<R> {
+    /// The greatest components of the colours of the highlight and of the diffuse.
+    #[inline(always)]
+    pub(crate) fn bright(&self) -> [R; 2] {
+        let [[a, b, c], [d, e, f]] = self.specular;
+        let [r, g, blue] = self.color;
+        [a.max(b).max(c).max(d).max(e).max(f), r.max(g).max(blue)]
+    }
+
+    /// Both lobes, highlight and diffuse, of a place that reflects `white` if it is white and opaque.
+    #[inline(always)]
+    pub(crate) fn lobes(&self, white: &White<R>) -> [[R; 3]; 2] {
+        let Parts { peak, uniform } = white.highlight;
+        let gain = self.intensity * self.opacity;
+        let (peak, uniform) = (peak * gain, uniform * gain);
+        let diffuse = white.diffuse * self.opacity;
+        let [[a, b, c], [d, e, f]] = self.specular;
+        let specular = [a * peak + d * uniform, b * peak + e * uniform, c * peak + f * uniform];
+        let [r, g, b] = self.color;
+        [specular, [r * diffuse, g * diffuse, b * diffuse]]
+    }
+}
+
 impl Shader {
     /// What `look` makes of the place that `side` shows at `uv` (m); `None` in a gap or where `uv` is
     /// not finite.
     #[inline(always)]
-    pub(crate) fn with_place<R: Real, T>(
+    pub(crate) fn with_place<R: Scalar, T>(
         &self,
         materials: &[Material<R>],
         uv: DVec2,
         side: Side,
         look: impl FnOnce(&Place<'_, R>) -> T,
     ) -> Option<T> {
+        let (position, segment) = self.segment_at(uv, side)?;
+        let yarn = usize::from(self.threads.yarn(&segment));
+        let ratio = self.shape(&segment);
+        let material = &materials[yarn];
+        let piece = material.piece(segment.is_straight(), ratio);
+        let kind = &self.materials.kinds[yarn];
+        let irregular;
+        let (look_of, piece) = if kind.is_uniform {
+            (&material.look, piece)
+        } else {
+            irregular = self.irregular(kind, (&material.look, piece), segment, uv, position);
+            (&irregular.0, irregular.1.as_ref().unwrap_or(piece))
+        };
+        let at = [segment.x, segment.y, ratio].map(R::from_f64);
+        Some(look(&Place { segment, yarn, piece, at, look: look_of }))
+    }
+
+    /// The piece of yarn that `side` shows at `uv` (m), and its position; `None` in a gap or where `uv`
+    /// is not finite.
+    #[inline(always)]
+    pub(crate) fn segment_at(&self, uv: DVec2, side: Side) -> Option<(Position, Segment)> {
         if !uv.is_finite() {
             return None;
         }
@@ -67,36 +108,44 @@ impl Shader {
                 self.weave.segment_at(side, position, &sizes)
             }
         }?;
-        let yarn = usize::from(self.threads.yarn(&segment));
-        let ratio = self.shape(&segment);
-        let material = &materials[yarn];
-        let piece = material.piece(segment.is_straight(), ratio);
-        let kind = &self.materials.kinds[yarn];
-        let irregular;
-        let (look_of, piece) = if kind.is_uniform {
-            (&material.look, piece)
-        } else {
-            irregular = self.irregular(kind, (&material.look, piece), segment, uv, position);
-            (&irregular.0, irregular.1.as_ref().unwrap_or(piece))
-        };
-        let at = [segment.x, segment.y, ratio].map(R::from_f64);
-        let (amount, has_highlight) = (material.amount, material.has_highlight);
-        Some(look(&Place { segment, yarn, piece, at, look: look_of, amount, has_highlight }))
+        Some((position, segment))
     }
 
     /// Width over length of a segment in metres; 0 for a straight piece, which has no curvature to
     /// change.
     #[inline]
-    fn shape(&self, segment: &Segment) -> f64 {
+    pub(crate) fn shape(&self, segment: &Segment) -> f64 {
         if segment.is_straight() {
             return 0.0;
         }
         segment.width * self.frame.aspects[usize::from(segment.is_warp)] / segment.length
     }
 
+    /// The factor of the highlight's irregularity.
+    pub(crate) fn grains<R: Scalar>(
+        &self,
+        noise: &Noise,
+        segment: &Segment,
+        position: Position,
+    ) -> R {
+        if noise.intensity == 0.0 {
+            return R::from_f64(1.0);
+        }
+        let line = Line { seed: self.seed, is_warp: segment.is_warp, index: segment.line };
+        let axis = usize::from(segment.is_warp);
+        let fraction = position.fraction[axis];
+        // Whole grains along each cell, so that equal cells and fractions give equal grains.
+        let grains = noise.fineness.round();
+        let along = (position.cell[axis].wrapping_mul(grains as i64))
+            .wrapping_add((fraction * grains) as i64);
+        let across = (0.5 * (segment.x + 1.0) * grains) as i64;
+        let grain: R = line.intensity(along, across);
+        grain * R::from_f64(noise.intensity) + R::from_f64(1.0 - noise.intensity)
+    }
+
     /// What textures and noise make of a segment: of its colours, and of its shape if they change it.
     #[inline(never)]
-    fn irregular<R: Real>(
+    fn irregular<R: Scalar>(
         &self,
         kind: &Kind,
         (look, piece): (&Look<R>, &Piece<R>),
@@ -125,19 +174,11 @@ impl Shader {
             }
         }
         if noise.intensity > 0.0 {
-            let axis = usize::from(segment.is_warp);
-            let fraction = position.fraction[axis];
-            // Whole grains along each cell, so that equal cells and fractions give equal grains.
-            let grains = noise.fineness.round();
-            let along = (position.cell[axis].wrapping_mul(grains as i64))
-                .wrapping_add((fraction * grains) as i64);
-            let across = (0.5 * (segment.x + 1.0) * grains) as i64;
-            let factor = 1.0 - noise.intensity + noise.intensity * line.intensity(along, across);
-            look.intensity = R::from_f64(factor);
+            look.intensity = self.grains(noise, &segment, position);
         }
         if noise.color > 0.0 {
             let factor = R::from_f64(1.0 + noise.color * line.signed(Use::Lightness, 0));
-            look.color = look.color.map(|value| (value * factor).min(R::one()));
+            look.color = look.color.map(|value| (value * factor).min(R::from_f64(1.0)));
         }
         let reshaped = kind.is_reshaped.then(|| self.reshaped(kind, piece, &segment));
         (look, reshaped)
@@ -145,7 +186,7 @@ impl Shader {
 
     /// The piece that textures and noise make of that of a segment.
     #[cold]
-    fn reshaped<R: Real>(&self, kind: &Kind, piece: &Piece<R>, segment: &Segment) -> Piece<R> {
+    fn reshaped<R: Scalar>(&self, kind: &Kind, piece: &Piece<R>, segment: &Segment) -> Piece<R> {
         let yarn = self.yarn_of(kind, segment, piece.u_max_limit);
         let optics = Optics::new(&yarn, segment.is_straight(), self.mapping);
         let sampler = AzimuthSampler::new(&yarn.phase);

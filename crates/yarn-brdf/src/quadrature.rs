@@ -84,7 +84,7 @@ impl Shader {
 
     /// Directional albedo of the diffuse lobe of an opaque white yarn.
     fn diffuse_albedo(&self, place: &Place<'_, f64>, wo: Vector<f64>, density: f64) -> f64 {
-        let divisor = place.piece.reflectance.divisor(place.at[2]);
-        PI * cosine_mean(density, |wi| self.diffuse(place, divisor, wi, wo))
+        let inv_divisor = 1.0 / place.piece.reflectance.divisor(place.at[2]);
+        PI * cosine_mean(density, |wi| self.diffuse(place.piece, place.at, inv_divisor, wi, wo))
     }
 }

@@ -1,8 +1,9 @@
 //! `Real`: the arithmetic the shading kernel needs.
 //!
-//! The kernel is written once, without branches, over this trait. `f64` is the reference and `f32`
-//! what a renderer calls; lanes of `f32` fit in the same way, with a mask per lane instead of a
-//! `bool`.
+//! The kernel is written once, over this trait: for `f64`, the reference; for `f32`, one point at a
+//! time; and for lanes of `f32` side by side, with a mask per lane instead of a `bool`. Constants of
+//! a cloth are single numbers. Since only lanes know the instructions that they are made for, a
+//! constant comes from a number at hand: `x.of(0.5)`.
 
 use core::ops::{Add, BitAnd, Div, Mul, Neg, Sub};
 
@@ -19,12 +20,17 @@ pub(crate) trait Real:
     + Mul<Output = Self>
     + Div<Output = Self>
     + Neg<Output = Self>
+    + Add<Self::Scalar, Output = Self>
+    + Sub<Self::Scalar, Output = Self>
+    + Mul<Self::Scalar, Output = Self>
 {
+    /// One of them.
+    type Scalar: Scalar;
     /// The outcome of a comparison: `bool`, or one `bool` per lane.
     type Mask: Copy + BitAnd<Output = Self::Mask>;
 
-    /// The nearest number to `value`, in every lane.
-    fn from_f64(value: f64) -> Self;
+    /// `value`, in as many lanes as `self` has.
+    fn splat(self, value: Self::Scalar) -> Self;
     /// √`self`, for `self` ≥ 0.
     fn sqrt(self) -> Self;
     /// √ of each of four.
@@ -39,6 +45,8 @@ pub(crate) trait Real:
     fn max(self, other: Self) -> Self;
     /// e to the power `self` ≤ 88.
     fn exp(self) -> Self;
+    /// The natural logarithm of `self`, a normal number above 0.
+    fn ln(self) -> Self;
     /// Arcsine in rad, for |`self`| ≤ 1.
     fn asin(self) -> Self;
     /// Sine and cosine of `self` in rad.
@@ -53,34 +61,78 @@ pub(crate) trait Real:
     fn any(mask: Self::Mask) -> bool;
     /// `yes` where `mask` holds, else `no`.
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
-    /// The value at `position` in [0, n − 1] of a table of n ≥ 2 entries, linear between them; at
-    /// the nearest end where it is outside.
-    fn linear(table: &[f32], position: Self) -> Self;
+    /// The entries of a table of n ≥ 2 before and after `position` in [0, n − 1], or the nearest end
+    /// where it is outside, and the share of the way from the one to the other.
+    fn entries(table: &[f32], position: Self) -> ([Self; 2], Self);
     /// The two values at (row, column) `at`, ≥ 0 and at most that of the last entry, of a table of
-    /// `shape` rows and columns, at least 2 of each, bilinear between them.
-    fn bilinear(table: &[[f32; 2]], shape: [usize; 2], at: [Self; 2]) -> [Self; 2];
+    /// `shape` rows and columns, at least 2 of each and [`NODES`] together at most, bilinear between
+    /// them.
+    fn bilinear(table: &[[f32; 2]; NODES], shape: [usize; 2], at: [Self; 2]) -> [Self; 2];
 
-    /// 1.
-    #[must_use]
-    fn one() -> Self {
-        Self::from_f64(1.0)
+    /// The same of the first `count` entries of a short table.
+    #[inline(always)]
+    fn short_entries(table: &[f32; SHORT], count: usize, position: Self) -> ([Self; 2], Self) {
+        Self::entries(&table[..count], position)
     }
 
-    /// 0.
+    /// The value at `position` in [0, n − 1] of a table of n ≥ 2 entries, linear between them; at
+    /// the nearest end where it is outside.
+    #[inline(always)]
+    fn linear(table: &[f32], position: Self) -> Self {
+        let ([low, high], share) = Self::entries(table, position);
+        low + (high - low) * share
+    }
+
+    /// The nearest number to `value`, in as many lanes as `self` has.
     #[must_use]
-    fn zero() -> Self {
-        Self::from_f64(0.0)
+    #[inline(always)]
+    fn of(self, value: f64) -> Self {
+        self.splat(Self::Scalar::from_f64(value))
+    }
+
+    /// 1, in as many lanes as `self` has.
+    #[must_use]
+    #[inline(always)]
+    fn one(self) -> Self {
+        self.of(1.0)
+    }
+
+    /// 0, in as many lanes as `self` has.
+    #[must_use]
+    #[inline(always)]
+    fn zero(self) -> Self {
+        self.of(0.0)
+    }
+
+    /// Whether `self` > 0.
+    #[inline(always)]
+    fn is_positive(self) -> Self::Mask {
+        self.zero().lt(self)
     }
 
     /// `self` between `low` and `high`.
     #[must_use]
+    #[inline(always)]
     fn clamp_to(self, low: Self, high: Self) -> Self {
         self.max(low).min(high)
     }
 }
 
+/// A single number, in which the constants of a cloth are held.
+pub(crate) trait Scalar: Real<Scalar = Self, Mask = bool> {
+    /// The nearest number to `value`.
+    fn from_f64(value: f64) -> Self;
+}
+
+/// Entries of a short table, which lanes may hold in one register.
+pub(crate) const SHORT: usize = 16;
+
+/// Entries of a table of two dimensions, with what is beyond its last: a power of 2, so that an index
+/// is within them when it is taken modulo their number.
+pub(crate) const NODES: usize = 4096;
+
 macro_rules! impl_real {
-    ($float:ty, $vec4:ty, $sqrt_each:path, $exp:path, $asin:path, $sin_cos:path, $atan2:path, $i0e:path) => {
+    ($float:ty, $vec4:ty, $sqrt_each:path, $exp:path, $ln:path, $asin:path, $sin_cos:path, $atan2:path, $i0e:path) => {
         const _: () = {
             /// Added to a number, this leaves its nearest integer in the last bits: a conversion
             /// that saturates, as `as` does, takes longer.
@@ -94,12 +146,19 @@ macro_rules! impl_real {
                 let index = rounded.to_bits() - ROUND.to_bits();
                 (index as usize, position - (rounded - ROUND))
             }
-            impl Real for $float {
-                type Mask = bool;
-
+            impl Scalar for $float {
                 #[inline(always)]
                 fn from_f64(value: f64) -> Self {
                     value as $float
+                }
+            }
+            impl Real for $float {
+                type Scalar = Self;
+                type Mask = bool;
+
+                #[inline(always)]
+                fn splat(self, value: Self) -> Self {
+                    value
                 }
                 #[inline(always)]
                 fn sqrt(self) -> Self {
@@ -131,6 +190,10 @@ macro_rules! impl_real {
                     $exp(self)
                 }
                 #[inline(always)]
+                fn ln(self) -> Self {
+                    $ln(self)
+                }
+                #[inline(always)]
                 fn asin(self) -> Self {
                     $asin(self)
                 }
@@ -159,23 +222,23 @@ macro_rules! impl_real {
                     if mask { yes } else { no }
                 }
                 #[inline(always)]
-                fn linear(table: &[f32], position: Self) -> Self {
+                fn entries(table: &[f32], position: Self) -> ([Self; 2], Self) {
                     let position = position.clamp_to(0.0, (table.len() - 1) as $float);
                     let (index, share) = split(position, table.len());
-                    let (low, high): (Self, Self) = (table[index].into(), table[index + 1].into());
-                    low + (high - low) * share
+                    ([table[index].into(), table[index + 1].into()], share)
                 }
                 #[inline(always)]
                 fn bilinear(
-                    table: &[[f32; 2]],
+                    table: &[[f32; 2]; NODES],
                     [rows, columns]: [usize; 2],
                     [row, column]: [Self; 2],
                 ) -> [Self; 2] {
                     let (i, rest_i) = split(row, rows);
                     let (j, rest_j) = split(column, columns);
-                    let block = &table[i * columns + j..][..columns + 2];
+                    let first = i * columns + j;
                     let pairs = |at: usize| {
-                        let [[a, b], [c, d]] = [block[at], block[at + 1]];
+                        let at = (first + at) % NODES;
+                        let [[a, b], [c, d]] = [table[at], table[(at + 1) % NODES]];
                         <$vec4>::new(a.into(), b.into(), c.into(), d.into())
                     };
                     let (near, far) = (pairs(0), pairs(columns));
@@ -203,6 +266,7 @@ impl_real!(
     glam::Vec4,
     sqrt_each,
     math::exp,
+    math::ln,
     math::asin,
     math::sin_cos,
     math::atan2,
@@ -213,6 +277,7 @@ impl_real!(
     glam::DVec4,
     sqrt_each_f64,
     f64::exp,
+    f64::ln,
     f64::asin,
     f64::sin_cos,
     f64::atan2,

@@ -8,7 +8,7 @@ use selvedge_normalize::warp::square_to_uniform_hemisphere;
 use crate::albedo::{Affine, Integrals, Nodes};
 use crate::frame::Vector;
 use crate::points::{Chart, greatest_of_points};
-use crate::real::Real;
+use crate::real::{NODES, Real, SHORT};
 use crate::segment::Mapping;
 use crate::table::{COLUMNS, Map, ROWS, Table};
 use crate::yarn::Yarn;
@@ -25,12 +25,12 @@ const SHAPES: usize = 9;
 #[derive(Clone, Debug)]
 pub(crate) struct Reflectance {
     /// (base, slope) of each node in turn.
-    table: Vec<[f32; 2]>,
+    table: Box<[[f32; 2]; NODES]>,
     map: Map,
     /// Bihemispherical albedo of the table.
     pub(crate) mean: Affine<f64>,
-    /// 1/factor for even steps of w/l.
-    divisors: [f32; SHAPES],
+    /// 1/factor for even steps of w/l, [`SHAPES`] of them.
+    divisors: [f32; SHORT],
     /// The greatest w/l, and how many of those steps there are to 1.
     ratio_max: f64,
     steps_per_ratio: f64,
@@ -165,7 +165,7 @@ impl Reflectance {
     pub(crate) fn lift(&mut self, share: f64) {
         let [long, short] = self.greatest().map(|greatest| share * greatest);
         let slope = (long - short) / self.ratio_max.max(f64::MIN_POSITIVE);
-        for entry in &mut self.table {
+        for entry in self.table.iter_mut() {
             *entry = [entry[0] + long as f32, entry[1] + slope as f32];
         }
         self.mean.base += long;
@@ -189,11 +189,17 @@ impl Reflectance {
     ) -> Self {
         let step = ratio_max.max(f64::MIN_POSITIVE);
         let entry = |&[long, short]: &[f64; 2]| [long as f32, ((long - short) / step) as f32];
+        let mut nodes = Box::new([[0.0; 2]; NODES]);
+        for (node, albedos) in nodes.iter_mut().zip(&table.nodes) {
+            *node = entry(albedos);
+        }
         let mut reflectance = Self {
-            table: table.nodes.iter().map(entry).collect(),
+            table: nodes,
             map: table.map,
             mean: Affine::default(),
-            divisors: divisors.map(|d| (1.0 / factor_of(d)) as f32),
+            divisors: core::array::from_fn(|shape| {
+                (1.0 / factor_of(divisors[shape.min(SHAPES - 1)])) as f32
+            }),
             ratio_max,
             steps_per_ratio: (SHAPES - 1) as f64 / ratio_max.max(1e-30),
             normalizations,
@@ -210,7 +216,9 @@ impl Reflectance {
     /// 1/factor for the shape `ratio` = w/l.
     #[inline(always)]
     pub(crate) fn divisor<R: Real>(&self, ratio: R) -> R {
-        R::linear(&self.divisors, ratio * R::from_f64(self.steps_per_ratio))
+        let position = ratio * ratio.of(self.steps_per_ratio);
+        let ([low, high], share) = R::short_entries(&self.divisors, SHAPES, position);
+        low + (high - low) * share
     }
 
     /// Directional albedo of the unnormalised highlight for `w` (yarn frame, unit, z ≥ 0), averaged
@@ -223,12 +231,15 @@ impl Reflectance {
     /// [`Reflectance::at`] for two directions, in less time than one after the other.
     #[inline(always)]
     pub(crate) fn of_both<R: Real>(&self, w: [Vector<R>; 2]) -> [Affine<R>; 2] {
-        let affine = |at| {
-            let [base, slope] = R::bilinear(&self.table, [ROWS, COLUMNS], at);
-            Affine { base, slope }
-        };
         let [at_0, at_1] = self.map.coordinates(w);
-        [affine(at_0), affine(at_1)]
+        [self.between(at_0), self.between(at_1)]
+    }
+
+    /// Directional albedo at a row and column of the table.
+    #[inline(always)]
+    fn between<R: Real>(&self, at: [R; 2]) -> Affine<R> {
+        let [base, slope] = R::bilinear(&self.table, [ROWS, COLUMNS], at);
+        Affine { base, slope }
     }
 
     /// Mean of the table over the cosine-weighted hemisphere, less 10⁻⁵ of it: more than the error of its

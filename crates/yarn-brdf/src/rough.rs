@@ -3,7 +3,7 @@
 use crate::frame::Vector;
 use crate::phase::{Azimuth, Parts};
 use crate::real::Real;
-use crate::segment::{Optics, normal};
+use crate::segment::{Optics, cosine, normal};
 
 /// f of the highlight, sr⁻¹, before colour and scale, at (`x`, `y`) in [−1, 1]² of a segment whose
 /// width over length is `ratio`; `wi` and `wo` are in the yarn frame. Finite and ≥ 0.
@@ -18,8 +18,8 @@ use crate::segment::{Optics, normal};
 /// highlight, and the mean over the segment to the same far field.
 #[inline(always)]
 pub(crate) fn highlight<R: Real>(
-    optics: &Optics<R>,
-    spread: [R; 2],
+    optics: &Optics<R::Scalar>,
+    spread: [R::Scalar; 2],
     [x, y, ratio]: [R; 3],
     wi: Vector<R>,
     wo: Vector<R>,
@@ -28,9 +28,9 @@ pub(crate) fn highlight<R: Real>(
     let (sin_v, cos_v, dv_dx) = optics.across(x);
     let n = normal(sin_u, cos_u, sin_v, cos_v);
     let (p, q) = (n.dot(wi), n.dot(wo));
-    let is_lit = R::zero().lt(p) & R::zero().lt(q);
+    let is_lit = p.is_positive() & q.is_positive();
     if !R::any(is_lit) {
-        return Parts::none();
+        return Parts::none(x);
     }
     let t = optics.tangent(sin_u, cos_u, sin_v, cos_v);
     let scale = du_dy
@@ -52,20 +52,19 @@ pub(crate) fn highlight<R: Real>(
 /// The second form overflows for no σ. `spread` is (1/v, 1/(v (1 − e^{−2/v}))).
 #[inline(always)]
 pub(crate) fn longitudinal<R: Real>(
-    [inv_variance, scale]: [R; 2],
+    [inv_variance, scale]: [R::Scalar; 2],
     t: Vector<R>,
     wi: Vector<R>,
     wo: Vector<R>,
 ) -> R {
-    let one = R::one();
     let (si, so) = (t.dot(wi), t.dot(wo));
-    let cosine = |s: R| ((one - s) * (one + s)).max(R::zero()).sqrt();
+    let one = si.one();
     let (ci, co) = (cosine(si), cosine(so));
     let sum = t.dot(wi.plus(wo));
     // c_i − c_o = (s_o² − s_i²)/(c_i + c_o), which does not cancel.
-    let difference = (so - si) * sum / (ci + co).max(R::from_f64(1e-18));
+    let difference = (so - si) * sum / (ci + co).max(sum.of(1e-18));
     // Where both lie along the fibre the quotient is not to be trusted, but is at most this.
     let difference = difference.clamp_to(-one, one);
-    let exponent = (sum * sum + difference * difference) * R::from_f64(0.5) * inv_variance;
+    let exponent = (sum * sum + difference * difference) * sum.of(0.5) * inv_variance;
     (ci * co * inv_variance).i0e() * (-exponent).exp() * scale
 }

@@ -13,22 +13,18 @@
 //! folded back, which would add a second branch to the density. One of the lobes is chosen at random
 //! and the density is that of both (Veach 1997, section 9.2.4).
 
-use core::f64::consts::{FRAC_1_PI, FRAC_PI_2, PI};
+use core::f64::consts::PI;
 
 use glam::{DVec2, DVec3, Vec3};
 use selvedge_normalize::warp::square_to_cosine_hemisphere;
 
-use crate::albedo::window;
 use crate::azimuth::Facing;
-use crate::cloth::Combination;
+use crate::density::{Drawing, density};
 use crate::frame::{Vector, from_yarn, to_yarn};
-use crate::phase::Azimuth;
 use crate::place::Place;
-use crate::rough::longitudinal;
-use crate::segment::{Spread, in_window, normal};
+use crate::segment::{Spread, normal};
 use crate::shader::Shader;
 use crate::weave::Side;
-use crate::{filament, staple};
 
 /// A direction drawn by [`Shader::sample`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,9 +37,6 @@ pub struct Sample {
     pub pdf: f32,
 }
 
-/// Least share of samples for a lobe that reflects anything.
-const LEAST_SHARE: f64 = 0.1;
-
 impl Shader {
     /// A direction for light to `wo` at `uv` (m), drawn nearly in proportion to f cos θ by the three
     /// numbers `xi` in [0, 1).
@@ -53,19 +46,29 @@ impl Shader {
     #[must_use]
     pub fn sample(&self, uv: DVec2, wo: Vec3, xi: [f32; 3]) -> Option<Sample> {
         self.with_seen(uv, wo, |seen| {
-            let [choice, a, b] = xi.map(|x| f64::from(x).clamp(0.0, 1.0 - f64::EPSILON));
-            let wi = if choice < seen.share {
-                draw_highlight(seen, [choice / seen.share, a, b])?
-            } else {
-                square_to_cosine_hemisphere(DVec2::new(a, b))
-            };
-            let wi = self.to_surface(seen, wi);
+            let wi = self.draw(seen, xi)?;
             let wi_yarn = self.to_yarn(seen, wi)?;
-            let pdf = density(seen, wi_yarn) as f32;
+            let pdf = seen.density(wi_yarn);
             let [specular, diffuse] = self.lobes_at(seen.place, wi_yarn, seen.wo).map(Vec3::from);
             let weight = (specular + diffuse) * wi.z.abs() / pdf;
             (pdf > 0.0 && weight.is_finite()).then_some(Sample { wi, weight, pdf })
         })?
+    }
+
+    /// The direction that [`Shader::sample`] draws, also if it is below the surface.
+    pub(crate) fn drawn(&self, uv: DVec2, wo: Vec3, xi: [f32; 3]) -> Option<Vec3> {
+        self.with_seen(uv, wo, |seen| self.draw(seen, xi))?
+    }
+
+    fn draw(&self, seen: &Seen<'_>, xi: [f32; 3]) -> Option<Vec3> {
+        let [choice, a, b] = xi.map(|x| f64::from(x).clamp(0.0, 1.0 - f64::EPSILON));
+        let share = f64::from(seen.drawing.share);
+        let wi = if choice < share {
+            draw_highlight(seen, [choice / share, a, b])?
+        } else {
+            square_to_cosine_hemisphere(DVec2::new(a, b))
+        };
+        Some(self.to_surface(seen, wi))
     }
 
     /// The density, sr⁻¹, with which [`Shader::sample`] draws `wi` for `wo` at `uv` (m).
@@ -73,8 +76,7 @@ impl Shader {
     /// Its integral over `wi` is at most 1, and less by the draws that are not samples.
     #[must_use]
     pub fn pdf(&self, uv: DVec2, wi: Vec3, wo: Vec3) -> f32 {
-        let pdf =
-            self.with_seen(uv, wo, |seen| Some(density(seen, self.to_yarn(seen, wi)?) as f32));
+        let pdf = self.with_seen(uv, wo, |seen| Some(seen.density(self.to_yarn(seen, wi)?)));
         pdf.flatten().unwrap_or(0.0)
     }
 
@@ -88,9 +90,12 @@ impl Shader {
     #[must_use]
     pub fn albedo(&self, uv: DVec2, wo: Vec3) -> Vec3 {
         let albedo = self.with_seen(uv, wo, |seen| {
-            let (specular, diffuse) = self.lobe_albedos(seen);
-            let [of_peak, of_uniform] = seen.place.look.specular.map(Vec3::from);
-            of_peak.max(of_uniform) * specular + Vec3::from(seen.place.look.color) * diffuse
+            let place = seen.place;
+            let [specular, diffuse] = self
+                .lobe_albedos(place.piece, place.at, seen.wo)
+                .map(|lobe| lobe * place.look.opacity);
+            let [of_peak, of_uniform] = place.look.specular.map(Vec3::from);
+            of_peak.max(of_uniform) * specular + Vec3::from(place.look.color) * diffuse
         });
         albedo.unwrap_or(Vec3::ZERO)
     }
@@ -101,45 +106,10 @@ impl Shader {
         let (side, wo, _) = self.oriented(wo, wo)?;
         self.with_place(&self.materials.single, uv, side, |place| {
             let wo = to_yarn(wo, place.segment.is_warp);
-            let mut seen = Seen { side, place, wo, span: [0.0; 2], share: 0.0 };
-            seen.span = seen.span();
-            if place.has_highlight && seen.span[1] > seen.span[0] {
-                let (specular, diffuse) = self.lobe_albedos(&seen);
-                let bright = |color: [f32; 3]| color.into_iter().fold(0.0, f32::max);
-                let amount = bright(place.look.specular[0]).max(bright(place.look.specular[1]));
-                let (specular, diffuse) = (amount * specular, bright(place.look.color) * diffuse);
-                let share = f64::from(specular / (specular + diffuse).max(f32::MIN_POSITIVE));
-                seen.share = share.clamp(LEAST_SHARE, 1.0 - LEAST_SHARE);
-            }
+            let drawing = self.drawing(place.piece, place.at, wo, place.look.bright());
+            let seen = Seen { side, place, wo, drawing };
             use_it(&seen)
         })
-    }
-
-    /// How much the highlight and the diffuse lobe reflect to `wo` of white light, for colours of 1.
-    fn lobe_albedos(&self, seen: &Seen<'_>) -> (f32, f32) {
-        let place = seen.place;
-        let (piece, ratio) = (place.piece, place.at[2]);
-        let divisor = piece.reflectance.divisor(ratio);
-        let table = piece.reflectance.at(seen.wo).at(ratio);
-        let specular = if place.has_highlight { table / divisor } else { 0.0 };
-        let left = |albedo: f32| (1.0 - place.amount / divisor * albedo).max(0.0);
-        // Over all wi, what the highlight leaves of the light averages to what it leaves of it all, by
-        // which the flat diffuse is divided.
-        let [share, of_all] = match self.combination {
-            _ if !place.has_highlight => [1.0; 2],
-            Combination::Lerp => [1.0 - place.amount, 1.0],
-            Combination::Layered => [left(table), left(piece.mean.at(ratio))],
-        };
-        let shape = piece.diffuse_scale.map_or(1.0, |scale| {
-            let (sin_u, cos_u, _) = piece.optics.along(place.at[1]);
-            let (sin_v, cos_v, _) = piece.optics.across(place.at[0]);
-            let n = normal(sin_u, cos_u, sin_v, cos_v);
-            // 1/π ∫ (n·wi) cos θi dwi, both at least 0, with n at the angle γ from the normal.
-            let angle = n.z.clamp(-1.0, 1.0).acos();
-            let lit = (angle.sin() + (PI as f32 - angle) * angle.cos()) * (2.0 / (3.0 * PI)) as f32;
-            of_all * scale * lit * n.dot(seen.wo).max(0.0)
-        });
-        (specular * place.look.opacity, share * shape * place.look.opacity)
     }
 
     /// A direction of the yarn frame in the shading frame.
@@ -162,7 +132,7 @@ impl Shader {
 fn draw_highlight(seen: &Seen<'_>, [a, b, c]: [f64; 3]) -> Option<DVec3> {
     let Place { piece, at: [x, y, _], .. } = *seen.place;
     let optics = &piece.optics;
-    let [from, to] = seen.span;
+    let [from, to] = seen.drawing.span.map(f64::from);
     let (sin, cos) = (from + (to - from) * a).sin_cos();
     let drawn = (sin as f32, cos as f32);
     let (along, across) = (optics.along(y), optics.across(x));
@@ -189,100 +159,19 @@ fn draw_highlight(seen: &Seen<'_>, [a, b, c]: [f64; 3]) -> Option<DVec3> {
     (wi.z > 0.0 && q > 0.0).then_some(wi)
 }
 
-/// The density of both lobes at `wi`, in the yarn frame.
-fn density(seen: &Seen<'_>, wi: Vector<f32>) -> f64 {
-    let diffuse = (1.0 - seen.share) * FRAC_1_PI * f64::from(wi.z);
-    if seen.share == 0.0 {
-        return diffuse;
-    }
-    // No more than the f32 holds that it is told in.
-    (seen.share * highlight_density(seen, wi) + diffuse).min(f32::MAX.into())
-}
-
-/// In the precision of the BRDF and by the same functions, so that both tell the same edges of the
-/// drawn highlight.
-fn highlight_density(seen: &Seen<'_>, wi: Vector<f32>) -> f64 {
-    let Place { piece, at: [x, y, _], .. } = *seen.place;
-    let (optics, wo) = (&piece.optics, seen.wo);
-    let [from, to] = seen.span;
-    let azimuth_density = |azimuth: &Azimuth<f32>, t: Vector<f32>, q: f32| {
-        let facing = Facing::new(q.into(), t.dot(wi).into(), t.dot(wo).into());
-        piece.sampler.density(azimuth, facing)
-    };
-    match optics.spread {
-        Spread::Staple { delta, .. } => {
-            let (sin_u, cos_u, _) = optics.along(y);
-            let root = staple::root(optics, sin_u, cos_u, wi, wo);
-            if !(root.is_lit && in_window(x, optics.x_of_v(root.sin_v), delta)) {
-                return 0.0;
-            }
-            let t = root.tangent(optics);
-            // Not in f32, where the product of a grazing direction's would be 0.
-            let sum = f64::from(root.p) + f64::from(root.q);
-            let spread = (to - from) * sum * f64::from(optics.sin_psi.abs());
-            azimuth_density(&Azimuth::on_cone(t, wi, wo), t, root.q) / spread
-        }
-        Spread::Filament { delta, .. } => {
-            let (sin_v, cos_v, _) = optics.across(x);
-            let (root, m) = filament::root(optics, sin_v, cos_v, wi, wo);
-            if !(root.is_lit && in_window(y, optics.y_of_u(root.sin_u), delta)) {
-                return 0.0;
-            }
-            let t = root.tangent(optics);
-            let spread = (to - from) * f64::from(m);
-            azimuth_density(&Azimuth::on_cone(t, wi, wo), t, root.q) / spread
-        }
-        Spread::Rough { inv_variance, scale } => {
-            let (sin_u, cos_u, _) = optics.along(y);
-            let (sin_v, cos_v, _) = optics.across(x);
-            let n = normal(sin_u, cos_u, sin_v, cos_v);
-            let q = n.dot(wo);
-            if n.dot(wi) <= 0.0 || q <= 0.0 {
-                return 0.0;
-            }
-            let t = optics.tangent(sin_u, cos_u, sin_v, cos_v);
-            let spread = longitudinal([inv_variance, scale], t, wi, wo);
-            azimuth_density(&Azimuth::about(t, wi, wo), t, q) * f64::from(spread)
-        }
-    }
-}
-
 /// What a direction sees at a position.
 struct Seen<'a> {
     side: Side,
     place: &'a Place<'a, f32>,
     /// In the yarn frame.
     wo: Vector<f32>,
-    /// The angles of the yarn, v or u, rad, from which the highlight may come; empty if there are
-    /// none. [0, 1] for rough fibres, which reflect from the point itself.
-    span: [f64; 2],
-    /// The share of samples drawn from the highlight.
-    share: f64,
+    drawing: Drawing<f32>,
 }
 
 impl Seen<'_> {
-    fn span(&self) -> [f64; 2] {
-        let Place { piece, at: [x, y, _], .. } = *self.place;
-        let (optics, wo) = (&piece.optics, self.wo);
-        match optics.spread {
-            Spread::Staple { delta, .. } => {
-                let (low, high) = window(x.into(), delta.into());
-                let (sin_u, cos_u, _) = optics.along(y);
-                // The half of the section that faces `wo`.
-                let centre = f64::from(wo.x.atan2(sin_u * wo.y + cos_u * wo.z));
-                let v_of_x = |x: f64| f64::from(optics.v_of_x(x as f32));
-                [v_of_x(low).max(centre - FRAC_PI_2), v_of_x(high).min(centre + FRAC_PI_2)]
-            }
-            Spread::Filament { delta, .. } => {
-                let (low, high) = window(y.into(), delta.into());
-                [low, high].map(|y| optics.u_of_y(y as f32).into())
-            }
-            Spread::Rough { .. } => {
-                let (sin_u, cos_u, _) = optics.along(y);
-                let (sin_v, cos_v, _) = optics.across(x);
-                [0.0, f64::from(u8::from(normal(sin_u, cos_u, sin_v, cos_v).dot(wo) > 0.0))]
-            }
-        }
+    /// The density of both lobes at `wi`, in the yarn frame.
+    fn density(&self, wi: Vector<f32>) -> f32 {
+        density(self.place.piece, self.place.at, &self.drawing, wi, self.wo)
     }
 }
 

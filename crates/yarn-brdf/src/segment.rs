@@ -35,7 +35,7 @@ use core::f64::consts::{FRAC_2_PI, FRAC_PI_2};
 use crate::frame::Vector;
 use crate::parameter::KAPPA_MIN;
 use crate::phase::PhaseConstants;
-use crate::real::Real;
+use crate::real::{Real, Scalar};
 use crate::yarn::{FILAMENT_U_MAX, Highlight, Yarn};
 
 /// How the rectangle of a segment is laid on the cylinder.
@@ -59,7 +59,7 @@ pub enum Mapping {
 pub(crate) const COS_V_MIN: f64 = 1e-4;
 
 /// What spreads the highlight, ready for evaluation.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Spread<R> {
     /// Twisted fibres under a window of half width δ; `strength` is 1/(2δ |sin ψ|).
     Staple { delta: R, strength: R },
@@ -71,7 +71,7 @@ pub(crate) enum Spread<R> {
 }
 
 /// The constants of one type of yarn, ready for evaluation in precision `R`.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Optics<R> {
     pub(crate) mapping: Mapping,
     /// u_max, rad.
@@ -105,7 +105,7 @@ pub(crate) fn shaded_angles(yarn: &Yarn, is_straight: bool) -> (f64, f64) {
     if yarn.is_filament() { (u_max.max(FILAMENT_U_MAX), 0.0) } else { (u_max, yarn.psi) }
 }
 
-impl<R: Real> Optics<R> {
+impl<R: Scalar> Optics<R> {
     pub(crate) fn new(yarn: &Yarn, is_straight: bool, mapping: Mapping) -> Self {
         let (u_max, psi) = shaded_angles(yarn, is_straight);
         let over_sin = if u_max < 1e-4 { 1.0 + u_max * u_max / 6.0 } else { u_max / u_max.sin() };
@@ -154,64 +154,66 @@ impl<R: Real> Optics<R> {
     }
 
     /// Along the yarn: (sin u, cos u, (du/dy)/sin u_max) at `y` in [−1, 1].
-    #[inline]
-    pub(crate) fn along(&self, y: R) -> (R, R, R) {
+    #[inline(always)]
+    pub(crate) fn along<L: Real<Scalar = R>>(&self, y: L) -> (L, L, L) {
         match self.mapping {
             Mapping::Arcsine => {
                 let sin_u = y * self.sin_u_max;
                 let cos_u = cosine(sin_u);
-                (sin_u, cos_u, R::one() / cos_u)
+                (sin_u, cos_u, y.one() / cos_u)
             }
             Mapping::Linear => {
                 let (sin_u, cos_u) = (y * self.u_max).sin_cos();
-                (sin_u, cos_u, self.u_max_over_sin)
+                (sin_u, cos_u, y.splat(self.u_max_over_sin))
             }
         }
     }
 
     /// Across the yarn: (sin v, cos v, dv/dx) at `x` in [−1, 1].
-    #[inline]
-    pub(crate) fn across(&self, x: R) -> (R, R, R) {
+    #[inline(always)]
+    pub(crate) fn across<L: Real<Scalar = R>>(&self, x: L) -> (L, L, L) {
         match self.mapping {
             Mapping::Arcsine => {
-                let cos_v = cosine(x).max(R::from_f64(COS_V_MIN));
-                (x, cos_v, R::one() / cos_v)
+                let cos_v = cosine(x).max(x.of(COS_V_MIN));
+                (x, cos_v, x.one() / cos_v)
             }
             Mapping::Linear => {
-                let (sin_v, cos_v) = (x * R::from_f64(FRAC_PI_2)).sin_cos();
-                (sin_v, cos_v, R::from_f64(FRAC_PI_2))
+                let (sin_v, cos_v) = (x * x.of(FRAC_PI_2)).sin_cos();
+                (sin_v, cos_v, x.of(FRAC_PI_2))
             }
         }
     }
 
     /// The coordinate x at which the section has the angle v.
-    #[inline]
-    pub(crate) fn x_of_v(&self, sin_v: R) -> R {
+    #[inline(always)]
+    pub(crate) fn x_of_v<L: Real<Scalar = R>>(&self, sin_v: L) -> L {
         match self.mapping {
             Mapping::Arcsine => sin_v,
-            Mapping::Linear => asin(sin_v) * R::from_f64(FRAC_2_PI),
+            Mapping::Linear => asin(sin_v) * sin_v.of(FRAC_2_PI),
         }
     }
 
     /// The coordinate y at which the arc has the inclination u, for u_max > 0.
-    #[inline]
-    pub(crate) fn y_of_u(&self, sin_u: R) -> R {
+    #[inline(always)]
+    pub(crate) fn y_of_u<L: Real<Scalar = R>>(&self, sin_u: L) -> L {
         match self.mapping {
             Mapping::Arcsine => sin_u * self.inv_sin_u_max,
-            Mapping::Linear => asin(sin_u) / self.u_max,
+            Mapping::Linear => asin(sin_u) / sin_u.splat(self.u_max),
         }
     }
 
     /// The angle v at coordinate `x`, rad.
-    pub(crate) fn v_of_x(&self, x: R) -> R {
+    #[inline(always)]
+    pub(crate) fn v_of_x<L: Real<Scalar = R>>(&self, x: L) -> L {
         match self.mapping {
             Mapping::Arcsine => asin(x),
-            Mapping::Linear => x * R::from_f64(FRAC_PI_2),
+            Mapping::Linear => x * x.of(FRAC_PI_2),
         }
     }
 
     /// The inclination u at coordinate `y`, rad.
-    pub(crate) fn u_of_y(&self, y: R) -> R {
+    #[inline(always)]
+    pub(crate) fn u_of_y<L: Real<Scalar = R>>(&self, y: L) -> L {
         match self.mapping {
             Mapping::Arcsine => asin(y * self.sin_u_max),
             Mapping::Linear => y * self.u_max,
@@ -219,8 +221,14 @@ impl<R: Real> Optics<R> {
     }
 
     /// The fibre tangent t(u, v).
-    #[inline]
-    pub(crate) fn tangent(&self, sin_u: R, cos_u: R, sin_v: R, cos_v: R) -> Vector<R> {
+    #[inline(always)]
+    pub(crate) fn tangent<L: Real<Scalar = R>>(
+        &self,
+        sin_u: L,
+        cos_u: L,
+        sin_v: L,
+        cos_v: L,
+    ) -> Vector<L> {
         let (sin_psi, cos_psi) = (self.sin_psi, self.cos_psi);
         Vector::new(
             -cos_v * sin_psi,
@@ -230,35 +238,36 @@ impl<R: Real> Optics<R> {
     }
 
     /// S(u), 1 for a circular spine.
-    #[inline]
-    pub(crate) fn bend(&self, sin_u: R) -> R {
+    #[inline(always)]
+    pub(crate) fn bend<L: Real<Scalar = R>>(&self, sin_u: L) -> L {
         match self.conic {
-            None => R::one(),
+            None => sin_u.one(),
             Some((c, top)) => {
-                let t = (sin_u * self.inv_sin_conic).abs().min(R::one());
-                let d = R::one() + c * t * t;
-                top / (d * d.sqrt())
+                let t = (sin_u * self.inv_sin_conic).abs().min(sin_u.one());
+                let d = t * c * t + t.one();
+                t.splat(top) / (d * d.sqrt())
             }
         }
     }
 
     /// 4 sin u_max · a (R + a cos v)/(w l), the area of yarn per area of cloth: it neither grows
     /// with the length of a float nor diverges for a straight yarn. `ratio` is w/l, and `bend` S(u).
-    #[inline]
-    pub(crate) fn area(&self, ratio: R, bend: R, cos_v: R) -> R {
+    #[inline(always)]
+    pub(crate) fn area<L: Real<Scalar = R>>(&self, ratio: L, bend: L, cos_v: L) -> L {
         bend - ratio * self.sin_conic * (bend - cos_v)
     }
 
     /// How much of the highlight of filaments is left at the inclination u (Irawan & Marschner 2012,
     /// equation 9): 1, and over the last share of the segment a smooth step to 0.
-    #[inline]
-    pub(crate) fn fade(&self, sin_u: R) -> R {
+    #[inline(always)]
+    pub(crate) fn fade<L: Real<Scalar = R>>(&self, sin_u: L) -> L {
         let Spread::Filament { fade: Some(inv_length), .. } = self.spread else {
-            return R::one();
+            return sin_u.one();
         };
         // From the end, where it vanishes, so that it does so without cancelling.
-        let t = ((self.u_max - asin(sin_u).abs()) * inv_length).clamp_to(R::zero(), R::one());
-        t * t * (R::from_f64(3.0) - R::from_f64(2.0) * t)
+        let rest = sin_u.splat(self.u_max) - asin(sin_u).abs();
+        let t = (rest * inv_length).clamp_to(sin_u.zero(), sin_u.one());
+        t * t * (t.of(3.0) - t.of(2.0) * t)
     }
 }
 
@@ -325,7 +334,7 @@ impl Optics<f64> {
 }
 
 /// The surface normal n(u, v).
-#[inline]
+#[inline(always)]
 pub(crate) fn normal<R: Real>(sin_u: R, cos_u: R, sin_v: R, cos_v: R) -> Vector<R> {
     Vector::new(sin_v, sin_u * cos_v, cos_u * cos_v)
 }
@@ -348,8 +357,8 @@ pub(crate) struct Root<R: Real> {
 
 impl<R: Real> Root<R> {
     /// The fibre tangent there.
-    #[inline]
-    pub(crate) fn tangent(&self, optics: &Optics<R>) -> Vector<R> {
+    #[inline(always)]
+    pub(crate) fn tangent(&self, optics: &Optics<R::Scalar>) -> Vector<R> {
         optics.tangent(self.sin_u, self.cos_u, self.sin_v, self.cos_v)
     }
 }
@@ -357,20 +366,21 @@ impl<R: Real> Root<R> {
 /// 1 where the coordinate `c` lies in the drawn highlight whose centre is at `centre`, both in
 /// [−1, 1] (Irawan & Marschner 2012, equation 12): the centre is moved inwards so that the window
 /// of half width `delta` stays on the segment and its mean over the segment is always `delta`.
-#[inline]
-pub(crate) fn in_window<R: Real>(c: R, centre: R, delta: R) -> R::Mask {
-    let room = R::one() - delta;
+#[inline(always)]
+pub(crate) fn in_window<R: Real>(c: R, centre: R, delta: R::Scalar) -> R::Mask {
+    let delta = c.splat(delta);
+    let room = c.one() - delta;
     (centre.clamp_to(-room, room) - c).abs().lt(delta)
 }
 
 /// The cosine, ≥ 0, that belongs to the sine `s`.
-#[inline]
-fn cosine<R: Real>(s: R) -> R {
-    ((R::one() - s) * (R::one() + s)).max(R::zero()).sqrt()
+#[inline(always)]
+pub(crate) fn cosine<R: Real>(s: R) -> R {
+    ((s.one() - s) * (s.one() + s)).max(s.zero()).sqrt()
 }
 
 /// Arcsine of a sine that rounding may have pushed beyond ±1.
-#[inline]
+#[inline(always)]
 fn asin<R: Real>(s: R) -> R {
-    s.clamp_to(-R::one(), R::one()).asin()
+    s.clamp_to(-s.one(), s.one()).asin()
 }

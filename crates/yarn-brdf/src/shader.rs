@@ -2,15 +2,17 @@
 
 use core::f64::consts::FRAC_1_PI;
 
+use fearless_simd::{Level, Simd};
 use glam::{DVec2, DVec3, Vec3};
 use selvedge_normalize::scale::{Mode, Normalization};
 
 use crate::cloth::{Cloth, ClothError, Combination};
 use crate::frame::{Vector, from_yarn, to_yarn};
-use crate::material::{Lowered, Material, Materials};
+use crate::lanes::Wide;
+use crate::material::{Lowered, Material, Materials, Piece};
 use crate::phase::Parts;
 use crate::place::Place;
-use crate::real::Real;
+use crate::real::{Real, Scalar};
 use crate::segment::{Mapping, Optics, Spread, normal};
 use crate::threads::Threads;
 use crate::weave::{Segment, Side, Weave};
@@ -34,6 +36,8 @@ pub struct Shader {
     pub(crate) mapping: Mapping,
     pub(crate) seed: u64,
     pub(crate) materials: Materials,
+    /// The instructions for batches.
+    pub(crate) level: Level,
 }
 
 /// How positions and directions of the surface lie to the threads.
@@ -57,6 +61,16 @@ impl ClothFrame {
         along * self.cells_per_m
     }
 
+    /// [`ClothFrame::cells`] side by side.
+    #[inline(always)]
+    pub(crate) fn cells_lanes<S: Simd>(&self, [u, v]: [Wide<S>; 2]) -> [Wide<S>; 2] {
+        let [along_weft, along_warp] = match self.turn {
+            None => [u, v],
+            Some((sin, cos)) => [u * cos - v * sin, u * sin + v * cos],
+        };
+        [along_weft * self.cells_per_m.x, along_warp * self.cells_per_m.y]
+    }
+
     /// The inverse of [`ClothFrame::cells`].
     pub(crate) fn uv(&self, cells: DVec2) -> DVec2 {
         let along = cells / self.cells_per_m;
@@ -69,22 +83,24 @@ impl ClothFrame {
     }
 
     /// A direction of the shading frame in the frame of weft and warp.
+    #[inline(always)]
     pub(crate) fn turned<R: Real>(&self, w: Vector<R>) -> Vector<R> {
         match self.turn {
             None => w,
             Some((sin, cos)) => {
-                let (sin, cos) = (R::from_f64(sin), R::from_f64(cos));
+                let (sin, cos) = (w.x.of(sin), w.x.of(cos));
                 Vector::new(w.x * cos - w.y * sin, w.x * sin + w.y * cos, w.z)
             }
         }
     }
 
     /// The inverse of [`ClothFrame::turned`].
+    #[inline(always)]
     pub(crate) fn turned_back<R: Real>(&self, w: Vector<R>) -> Vector<R> {
         match self.turn {
             None => w,
             Some((sin, cos)) => {
-                let (sin, cos) = (R::from_f64(sin), R::from_f64(cos));
+                let (sin, cos) = (w.x.of(sin), w.x.of(cos));
                 Vector::new(w.x * cos + w.y * sin, w.y * cos - w.x * sin, w.z)
             }
         }
@@ -139,6 +155,7 @@ impl Shader {
             materials: Materials::new(cloth, &shapes, straight_shows)?,
             weave: cloth.weave.clone(),
             threads,
+            level: Level::new(),
         })
     }
 
@@ -199,7 +216,7 @@ impl Shader {
         opacity.unwrap_or(0.0)
     }
 
-    /// The memory that the cloth takes, in bytes: 8 for each crossing, 2 for each thread, and some 20 kB
+    /// The memory that the cloth takes, in bytes: 4 for each crossing, 2 for each thread, and some 20 kB
     /// for each type of yarn, more where its pieces differ in shape.
     pub fn bytes(&self) -> usize {
         size_of::<Self>() + self.weave.bytes() + self.threads.bytes() + self.materials.bytes()
@@ -252,7 +269,7 @@ impl Shader {
 
     /// Both directions in the frame of weft and warp, as seen from the side they are on.
     #[inline(always)]
-    pub(crate) fn oriented<R: Real + PartialOrd + Into<f64>>(
+    pub(crate) fn oriented<R: Scalar + PartialOrd + Into<f64>>(
         &self,
         wi: Vector<R>,
         wo: Vector<R>,
@@ -263,9 +280,9 @@ impl Shader {
             return None;
         }
         let (wi, wo) = (self.frame.turned(wi), self.frame.turned(wo));
-        if wi.z > R::zero() && wo.z > R::zero() {
+        if wi.z > R::from_f64(0.0) && wo.z > R::from_f64(0.0) {
             Some((Side::Face, wi, wo))
-        } else if wi.z < R::zero() && wo.z < R::zero() {
+        } else if wi.z < R::from_f64(0.0) && wo.z < R::from_f64(0.0) {
             Some((Side::Back, wi.turned_over(), wo.turned_over()))
         } else {
             None
@@ -273,14 +290,14 @@ impl Shader {
     }
 
     #[inline(always)]
-    fn lobes<R: Real + PartialOrd + Into<f64>>(
+    fn lobes<R: Scalar + PartialOrd + Into<f64>>(
         &self,
         materials: &[Material<R>],
         uv: DVec2,
         wi: Vector<R>,
         wo: Vector<R>,
     ) -> [[R; 3]; 2] {
-        let black = [[R::zero(); 3]; 2];
+        let black = [[R::from_f64(0.0); 3]; 2];
         let Some((side, wi, wo)) = self.oriented(wi, wo) else { return black };
         let lobes = self.with_place(materials, uv, side, |place| {
             let is_warp = place.segment.is_warp;
@@ -291,75 +308,95 @@ impl Shader {
 
     /// f of one place; directions in the yarn frame, above the surface.
     #[inline(always)]
-    pub(crate) fn lobes_at<R: Real>(
+    pub(crate) fn lobes_at<R: Scalar>(
         &self,
         place: &Place<'_, R>,
         wi: Vector<R>,
         wo: Vector<R>,
     ) -> [[R; 3]; 2] {
-        let piece = place.piece;
-        let divisor = piece.reflectance.divisor(place.at[2]);
+        place.look.lobes(&self.white(place.piece, place.at, wi, wo))
+    }
+
+    /// f of places at `at` = (x, y, w/l) on `piece`, if it were white and opaque; directions in the
+    /// yarn frame, above the surface.
+    #[inline(always)]
+    pub(crate) fn white<R: Real>(
+        &self,
+        piece: &Piece<R::Scalar>,
+        at: [R; 3],
+        wi: Vector<R>,
+        wo: Vector<R>,
+    ) -> White<R> {
+        let inv_divisor = at[2].one() / piece.reflectance.divisor(at[2]);
         // First what every place has, so that it is under way where the highlight's branch goes wrong.
-        let diffuse = self.diffuse(place, divisor, wi, wo) * place.look.opacity;
-        let diffuse = place.look.color.map(|color| color * diffuse);
-        let specular = if place.has_highlight {
-            let Parts { peak, uniform } = highlight(&piece.optics, place.at, wi, wo);
-            let scale = place.look.intensity * place.look.opacity / divisor;
-            let [of_peak, of_uniform] = place.look.specular;
-            core::array::from_fn(|c| scale * (of_peak[c] * peak + of_uniform[c] * uniform))
+        let diffuse = self.diffuse(piece, at, inv_divisor, wi, wo);
+        let highlight = if piece.has_highlight {
+            let Parts { peak, uniform } = highlight(&piece.optics, at, wi, wo);
+            Parts { peak: peak * inv_divisor, uniform: uniform * inv_divisor }
         } else {
-            [R::zero(); 3]
+            Parts::none(at[2])
         };
-        [specular, diffuse]
+        White { highlight, diffuse }
     }
 
     /// The diffuse lobe of an opaque white yarn, sr⁻¹, with its share of the light.
     #[inline(always)]
     pub(crate) fn diffuse<R: Real>(
         &self,
-        place: &Place<'_, R>,
-        divisor: R,
+        piece: &Piece<R::Scalar>,
+        [x, y, ratio]: [R; 3],
+        inv_divisor: R,
         wi: Vector<R>,
         wo: Vector<R>,
     ) -> R {
-        let one = R::one();
-        let piece = place.piece;
-        let share = if !place.has_highlight {
+        let (zero, one) = (x.zero(), x.one());
+        let share = if !piece.has_highlight {
             one
         } else if self.combination == Combination::Lerp {
-            one - place.amount
+            one - piece.amount
         } else {
-            let ratio = place.at[2];
-            let scale = place.amount / divisor;
-            let left = |albedo: R| (one - scale * albedo).max(R::zero());
-            let table = &piece.reflectance;
-            let [of_wi, of_wo] = table.of_both([wi, wo]).map(|albedo| left(albedo.at(ratio)));
-            let share = of_wi * of_wo;
+            let scale = inv_divisor * piece.amount;
+            let [of_wi, of_wo] = piece.reflectance.of_both([wi, wo]);
+            let share = left(scale * of_wi.at(ratio)) * left(scale * of_wo.at(ratio));
             if piece.diffuse_scale.is_some() {
                 // What a yarn's normal prefers may be what the highlight leaves.
                 share
             } else {
                 // Away from 0 where an unnormalised highlight reflects more than it receives.
-                share / left(piece.mean.at(ratio)).max(R::from_f64(1e-3))
+                let of_all = scale * piece.mean.splat(ratio).at(ratio);
+                share / left(of_all).max(x.of(1e-3))
             }
         };
         let shape = match piece.diffuse_scale {
             None => one,
             Some(scale) => {
-                let (sin_u, cos_u, _) = piece.optics.along(place.at[1]);
-                let (sin_v, cos_v, _) = piece.optics.across(place.at[0]);
+                let (sin_u, cos_u, _) = piece.optics.along(y);
+                let (sin_v, cos_v, _) = piece.optics.across(x);
                 let n = normal(sin_u, cos_u, sin_v, cos_v);
-                n.dot(wi).max(R::zero()) * n.dot(wo).max(R::zero()) * scale
+                n.dot(wi).max(zero) * n.dot(wo).max(zero) * scale
             }
         };
-        share * shape * R::from_f64(FRAC_1_PI)
+        share * shape * x.of(FRAC_1_PI)
     }
+}
+
+/// What a reflected share leaves of the light.
+#[inline(always)]
+pub(crate) fn left<R: Real>(reflected: R) -> R {
+    (reflected.one() - reflected).max(reflected.zero())
+}
+
+/// f of places, if they were white and opaque, sr⁻¹.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct White<R> {
+    pub(crate) highlight: Parts<R>,
+    pub(crate) diffuse: R,
 }
 
 /// f of the highlight at (x, y) and w/l, before colour and factor, sr⁻¹.
 #[inline(always)]
 pub(crate) fn highlight<R: Real>(
-    optics: &Optics<R>,
+    optics: &Optics<R::Scalar>,
     at: [R; 3],
     wi: Vector<R>,
     wo: Vector<R>,

@@ -18,30 +18,31 @@ use crate::segment::{Optics, Root, in_window, normal};
 /// without an inverse function, so that a root beyond ±π needs no wrapping.
 #[inline(always)]
 pub(crate) fn root<R: Real>(
-    optics: &Optics<R>,
+    optics: &Optics<R::Scalar>,
     sin_u: R,
     cos_u: R,
     wi: Vector<R>,
     wo: Vector<R>,
 ) -> Root<R> {
-    let (zero, one) = (R::zero(), R::one());
     let h = wi.plus(wo);
     let c = h.y * cos_u - h.z * sin_u;
     let b = h.y * sin_u + h.z * cos_u;
     let r_sq = h.x * h.x + b * b;
-    let reach = r_sq.sqrt() * optics.sin_psi.abs();
+    let abs_sin_psi = optics.sin_psi.abs();
+    let reach = r_sq.sqrt() * abs_sin_psi;
     let need = (c * optics.cos_psi).abs();
 
     // r cos(v + φ₀) and r sin(v + φ₀) times |sin ψ|, where φ₀ = atan2(B, H_x).
-    let r_cos = R::select(zero.lt(optics.sin_psi), c, -c) * optics.cos_psi;
-    let r_sin = ((reach - need) * (reach + need)).max(zero).sqrt();
-    let scale = one / (r_sq.max(R::from_f64(1e-30)) * optics.sin_psi.abs());
+    let positive = optics.sin_psi.is_positive();
+    let r_cos = c * R::Scalar::select(positive, optics.cos_psi, -optics.cos_psi);
+    let r_sin = ((reach - need) * (reach + need)).max(c.zero()).sqrt();
+    let scale = c.one() / (r_sq.max(c.of(1e-30)) * abs_sin_psi);
     let sin_v = (r_sin * h.x - r_cos * b) * scale;
     let cos_v = (r_cos * h.x + r_sin * b) * scale;
 
     let n = normal(sin_u, cos_u, sin_v, cos_v);
     let (p, q) = (n.dot(wi), n.dot(wo));
-    let is_lit = need.lt(reach) & zero.lt(cos_v) & zero.lt(p) & zero.lt(q);
+    let is_lit = need.lt(reach) & cos_v.is_positive() & p.is_positive() & q.is_positive();
     Root { sin_u, cos_u, sin_v, cos_v, p, q, is_lit }
 }
 
@@ -56,8 +57,8 @@ pub(crate) fn root<R: Real>(
 /// segment's area in one product, in which every singularity has cancelled. `strength` is 1/(2δ |sin ψ|).
 #[inline(always)]
 pub(crate) fn highlight<R: Real>(
-    optics: &Optics<R>,
-    [delta, strength]: [R; 2],
+    optics: &Optics<R::Scalar>,
+    [delta, strength]: [R::Scalar; 2],
     [x, y, ratio]: [R; 3],
     wi: Vector<R>,
     wo: Vector<R>,
@@ -66,9 +67,9 @@ pub(crate) fn highlight<R: Real>(
     let root = root(optics, sin_u, cos_u, wi, wo);
     let is_lit = root.is_lit & in_window(x, optics.x_of_v(root.sin_v), delta);
     if !R::any(is_lit) {
-        return Parts::none();
+        return Parts::none(x);
     }
-    let inv_sum = R::one() / (root.p + root.q).max(R::from_f64(1e-30));
+    let inv_sum = x.one() / (root.p + root.q).max(x.of(1e-30));
     let scale = du_dy
         * strength
         * optics.area(ratio, optics.bend(sin_u), root.cos_v)

@@ -29,21 +29,11 @@ impl Map {
     /// Row and column of each of two directions, unit, z ≥ 0, whose roots are drawn side by side.
     #[inline(always)]
     pub(crate) fn coordinates<R: Real>(self, w: [Vector<R>; 2]) -> [[R; 2]; 2] {
-        let (zero, one) = (R::zero(), R::one());
-        let [rest_i, rest_o] = w.map(|w| (one - w.y.abs()).max(zero));
-        let [side_i, side_o] = w.map(|w| {
-            let z = w.z.max(zero);
-            z / (w.x.abs() + z).max(R::from_f64(1e-30))
-        });
-        let once = R::sqrt_each([rest_i, rest_o, side_i, side_o]);
+        let [wi, wo] = w;
+        let once = R::sqrt_each([beside(wi), beside(wo), rise(wi), rise(wo)]);
         let twice = R::sqrt_each(once);
         let sides = if self.is_sharp { [twice[2], twice[3]] } else { [once[2], once[3]] };
-        core::array::from_fn(|i| {
-            // The x of (x, y) or (−x, −y), whichever has y ≥ 0, tells the side of the middle.
-            let turn = (one - sides[i]).copysign(w[i].x * w[i].y);
-            let half = |count: usize| R::from_f64(0.5 * (count - 1) as f64);
-            [twice[i] * (half(ROWS) + half(ROWS)), (one + turn) * half(COLUMNS)]
-        })
+        [place(wi, twice[0], sides[0]), place(wo, twice[1], sides[1])]
     }
 
     /// The direction at a row and column of the table, and the solid angle there per cell, up to a
@@ -85,6 +75,28 @@ impl Map {
         }
         weights
     }
+}
+
+/// 1 − |y| of a direction.
+#[inline(always)]
+fn beside<R: Real>(w: Vector<R>) -> R {
+    (w.y.one() - w.y.abs()).max(w.y.zero())
+}
+
+/// z/(|x| + z) of a direction.
+#[inline(always)]
+fn rise<R: Real>(w: Vector<R>) -> R {
+    let z = w.z.max(w.z.zero());
+    z / (w.x.abs() + z).max(z.of(1e-30))
+}
+
+/// Row and column by the roots that tell them.
+#[inline(always)]
+fn place<R: Real>(w: Vector<R>, row: R, side: R) -> [R; 2] {
+    // The x of (x, y) or (−x, −y), whichever has y ≥ 0, tells the side of the middle.
+    let turn = (side.one() - side).copysign(w.x * w.y);
+    let half_column = turn.of(0.5 * (COLUMNS - 1) as f64);
+    [row * row.of((ROWS - 1) as f64), (turn.one() + turn) * half_column]
 }
 
 /// Two albedos at each node of the map, bilinear between them.

@@ -1,17 +1,20 @@
 //! The threads of a cloth: the type of each, and how much of its pitch it fills where.
 
+use fearless_simd::{Simd, mask32x16, prelude::*};
+
 use crate::cloth::Cloth;
+use crate::lanes::Wide;
 use crate::material::Shapes;
 use crate::noise::{Line, Use};
-use crate::weave::{Local, Position, Segment, Side, Sizes, ThreadPoint, Touching};
+use crate::weave::{LaneSizes, Local, Position, Segment, Side, Sizes, ThreadPoint, Touching};
 use crate::yarn::Noise;
 
 /// The threads of one repeat.
 #[derive(Clone, Debug)]
 pub(crate) struct Threads {
-    /// Index of the type of yarn, by end and by pick.
-    end_yarns: Vec<u16>,
-    pick_yarns: Vec<u16>,
+    /// Index of the type of yarn, by end and then by pick.
+    pub(crate) yarns: Vec<u16>,
+    ends: u32,
     pub(crate) fill: Fill,
 }
 
@@ -61,7 +64,8 @@ impl Threads {
         } else {
             Fill::Constant(yarns.iter().map(|yarn| yarn.size).collect())
         };
-        Self { end_yarns: cloth.end_yarns.clone(), pick_yarns: cloth.pick_yarns.clone(), fill }
+        let yarns = [cloth.end_yarns.as_slice(), &cloth.pick_yarns].concat();
+        Self { yarns, ends: cloth.weave.ends(), fill }
     }
 
     /// The memory of the threads, in bytes.
@@ -71,7 +75,7 @@ impl Threads {
             Fill::Constant(sizes) => size_of_val(sizes.as_slice()),
             Fill::Varying { types, .. } => size_of_val(types.as_slice()),
         };
-        types + size_of_val(self.end_yarns.as_slice()) + size_of_val(self.pick_yarns.as_slice())
+        types + size_of_val(self.yarns.as_slice())
     }
 
     /// Whether anything shows between the threads.
@@ -87,8 +91,8 @@ impl Threads {
 
     #[inline(always)]
     fn yarn_of(&self, is_warp: bool, thread: u32) -> u16 {
-        let yarns = if is_warp { &self.end_yarns } else { &self.pick_yarns };
-        yarns[thread as usize]
+        let first = if is_warp { 0 } else { self.ends };
+        self.yarns[(first + thread) as usize]
     }
 
     /// The greatest w/l, in metres, of the bent segments of each type of yarn, at most.
@@ -143,6 +147,22 @@ impl Sizes for Constant<'_> {
     fn at(&self, point: ThreadPoint) -> Local {
         let yarn = self.threads.yarn_of(point.is_warp, point.thread);
         Local { size: self.sizes[usize::from(yarn)], offset: 0.0 }
+    }
+}
+
+impl LaneSizes for Constant<'_> {
+    #[inline(always)]
+    fn of<S: Simd>(&self, is_end: mask32x16<S>, thread: Wide<S>) -> Wide<S> {
+        if let [size] = *self.sizes {
+            return thread.of(size);
+        }
+        let thread = thread.to_u32();
+        let index = is_end.select(thread, thread + self.threads.ends);
+        let size = |lane: usize| {
+            let yarn = self.threads.yarns[index[lane] as usize];
+            self.sizes[usize::from(yarn)]
+        };
+        Wide::from_fn(is_end.token(), size)
     }
 }
 

@@ -4,7 +4,7 @@ use core::f32::consts::FRAC_PI_2;
 
 use rayon::prelude::*;
 
-use crate::math::{Single, asin, atan2, exp, i0e, sin_cos};
+use crate::math::{Single, asin, atan2, exp, i0e, ln, sin_cos};
 
 /// Of how many neighbouring numbers the quick tests take one.
 const SAMPLED: u32 = 1009;
@@ -74,6 +74,10 @@ fn check_exp(step: u32) {
     check("exp of the negative", step, [0.0, 87.33], 1.5, |x| error(-x));
 }
 
+fn check_ln(step: u32) {
+    check("ln", step, [f32::MIN_POSITIVE, f32::MAX], 1.0, |x| ulps(ln(x), f64::from(x).ln()));
+}
+
 fn check_sin_cos(step: u32) {
     // An odd and an even function, in each bit; at most 1; and as far off as `measure` says.
     let error = |x: f32, measure: fn(f32, f64) -> f64| {
@@ -115,6 +119,7 @@ fn check_i0e(step: u32) {
 #[test]
 fn sampled_numbers_are_within_the_bounds() {
     check_exp(SAMPLED);
+    check_ln(SAMPLED);
     check_sin_cos(SAMPLED);
     check_asin(SAMPLED);
     check_atan2(SAMPLED);
@@ -125,6 +130,12 @@ fn sampled_numbers_are_within_the_bounds() {
 #[ignore = "exhaustive: a minute"]
 fn all_numbers_of_exp() {
     check_exp(1);
+}
+
+#[test]
+#[ignore = "exhaustive: a minute"]
+fn all_numbers_of_ln() {
+    check_ln(1);
 }
 
 #[test]

@@ -7,27 +7,31 @@
 //!
 //! Axis 0 is that of u and 1 that of v: an end is crossed along axis 0 and runs along axis 1.
 
+mod lanes;
 mod position;
 mod query;
 mod sizes;
 
+pub(crate) use lanes::{LaneSizes, Positions, Segments};
 pub use position::Position;
 pub use query::{Segment, SegmentKind, Side};
 pub use sizes::{Local, Sizes, ThreadPoint, ThreadSizes, Touching};
 
+use std::sync::Arc;
+
 use position::Period;
 
-/// A grid of crossings: which of the two threads lies on top of each.
+/// A grid of crossings: which of the two threads lies on top of each. Clones share it.
 #[derive(Clone, Debug)]
 pub struct Weave {
     /// Ends and picks.
     periods: [Period; 2],
     /// By pick, then by end.
-    crossings: Vec<Crossing>,
+    crossings: Arc<Vec<Crossing>>,
     has_uncovered: bool,
 }
 
-/// How far around a crossing the same thread stays on top, along each axis: 8 bytes.
+/// How far around a crossing the same thread stays on top, along each axis: 4 bytes.
 ///
 /// The thread on top shows along its own axis, and the other one shows along the other axis on the
 /// back of the cloth, so that one table serves both sides.
@@ -35,16 +39,16 @@ pub struct Weave {
 struct Crossing {
     /// By axis, then before and after: twice the number of further crossings up to [`FAR`], or
     /// [`ENDLESS`]; plus 1 if the pick is on top.
-    runs: [[u16; 2]; 2],
+    runs: [[u8; 2]; 2],
 }
 
 /// Stands for this number of further crossings or more: the crossing so far away knows the rest.
-const FAR: u16 = ENDLESS - 1;
+const FAR: u8 = ENDLESS - 1;
 
 /// Stands for a thread that stays on one side all along the repeat.
-const ENDLESS: u16 = u16::MAX >> 1;
+const ENDLESS: u8 = u8::MAX >> 1;
 
-/// Greatest number of crossings: 2 GiB at 8 bytes each.
+/// Greatest number of crossings: 1 GiB at 4 bytes each.
 pub const MAX_CROSSINGS: u64 = 1 << 28;
 
 impl Weave {
@@ -64,56 +68,17 @@ impl Weave {
         let mut crossings = Vec::with_capacity(ends as usize * picks as usize);
         for pick in 0..picks {
             crossings.extend((0..ends).map(|end| {
-                let top = u16::from(!warp_on_top(end, pick));
+                let top = u8::from(!warp_on_top(end, pick));
                 Crossing { runs: [[top; 2]; 2] }
             }));
         }
+        let mut has_uncovered = false;
+        for row in crossings.chunks_exact_mut(ends as usize) {
+            has_uncovered |= count_runs(row);
+        }
+        has_uncovered |= count_runs_across(&mut crossings, ends as usize);
         let periods = [ends, picks].map(Period::new);
-        let mut weave = Self { periods, crossings, has_uncovered: false };
-        let (ends, picks) = (ends as usize, picks as usize);
-        for pick in 0..picks {
-            weave.count_runs(0, pick * ends, 1, ends);
-        }
-        for end in 0..ends {
-            weave.count_runs(1, end, ends, picks);
-        }
-        Ok(weave)
-    }
-
-    /// Counts the runs along `axis` of the crossings at `first + k·stride`, k < `count`.
-    fn count_runs(&mut self, axis: usize, first: usize, stride: usize, count: usize) {
-        let at = |k: usize| first + k * stride;
-        let is_start = |k: usize| {
-            let previous = at(if k == 0 { count - 1 } else { k - 1 });
-            self.crossings[at(k)].top() != self.crossings[previous].top()
-        };
-        let Some(start) = (0..count).find(|&k| is_start(k)) else {
-            self.has_uncovered = true;
-            for k in 0..count {
-                self.crossings[at(k)].runs[axis].iter_mut().for_each(|run| *run |= ENDLESS << 1);
-            }
-            return;
-        };
-        // Beginning where a run begins, none is cut by the edge of the repeat.
-        let indices = (start..count).chain(0..start).map(at);
-        self.count_steps(indices.clone(), |crossing| &mut crossing.runs[axis][0]);
-        self.count_steps(indices.rev(), |crossing| &mut crossing.runs[axis][1]);
-    }
-
-    /// Adds to one `run` of each crossing the number of steps since the thread on top changed.
-    fn count_steps(
-        &mut self,
-        indices: impl Iterator<Item = usize>,
-        run: impl Fn(&mut Crossing) -> &mut u16,
-    ) {
-        let (mut steps, mut previous) = (0, None);
-        for index in indices {
-            let crossing = &mut self.crossings[index];
-            let top = Some(crossing.top());
-            steps = if top == previous { FAR.min(steps + 1) } else { 0 };
-            previous = top;
-            *run(crossing) |= steps << 1;
-        }
+        Ok(Self { periods, crossings: Arc::new(crossings), has_uncovered })
     }
 
     /// Ends in the repeat.
@@ -204,6 +169,62 @@ impl Crossing {
     }
 }
 
+/// Counts the runs along a row of crossings, and returns whether one of them is endless.
+fn count_runs(row: &mut [Crossing]) -> bool {
+    // In the first lap no run is known that began before it.
+    let mut steps = [ENDLESS; 2];
+    for is_counted in [false, true] {
+        for k in 0..row.len() {
+            let previous = row[if k == 0 { row.len() - 1 } else { k - 1 }].top();
+            steps[0] = stepped(steps[0], row[k].top() == previous);
+            row[k].runs[0][0] |= if is_counted { steps[0] << 1 } else { 0 };
+        }
+        for k in (0..row.len()).rev() {
+            let next = row[if k + 1 == row.len() { 0 } else { k + 1 }].top();
+            steps[1] = stepped(steps[1], row[k].top() == next);
+            row[k].runs[0][1] |= if is_counted { steps[1] << 1 } else { 0 };
+        }
+    }
+    steps[0] == ENDLESS
+}
+
+/// Counts the runs across the rows of `count` crossings, side by side, since a walk along each would
+/// jump about in memory; returns whether one of them is endless.
+fn count_runs_across(crossings: &mut [Crossing], count: usize) -> bool {
+    let rows = crossings.len() / count;
+    let mut has_endless = false;
+    for side in 0..2 {
+        let mut steps = vec![ENDLESS; count];
+        for is_counted in [false, true] {
+            for k in 0..rows {
+                let (row, previous) = match side {
+                    0 => (k, if k == 0 { rows - 1 } else { k - 1 }),
+                    _ => (rows - 1 - k, if k == 0 { 0 } else { rows - k }),
+                };
+                for (column, steps) in steps.iter_mut().enumerate() {
+                    let previous = crossings[previous * count + column].top();
+                    let crossing = &mut crossings[row * count + column];
+                    *steps = stepped(*steps, crossing.top() == previous);
+                    crossing.runs[1][side] |= if is_counted { *steps << 1 } else { 0 };
+                }
+            }
+        }
+        has_endless |= steps.contains(&ENDLESS);
+    }
+    has_endless
+}
+
+/// The number of steps since the thread on top changed, one crossing further.
+fn stepped(steps: u8, is_same: bool) -> u8 {
+    if !is_same {
+        0
+    } else if steps < FAR {
+        steps + 1
+    } else {
+        steps
+    }
+}
+
 /// A weave of a size that cannot be.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("weave: {ends} ends and {picks} picks, expected 1 to {MAX_CROSSINGS} crossings")]
@@ -231,8 +252,8 @@ mod tests {
     }
 
     #[test]
-    fn crossing_takes_eight_bytes_for_both_sides() {
-        assert_eq!(size_of::<Crossing>(), 8);
+    fn crossing_takes_four_bytes_for_both_sides() {
+        assert_eq!(size_of::<Crossing>(), 4);
     }
 
     #[test]

@@ -1,0 +1,255 @@
+//! A chunk of points on its way through the kernel.
+
+use fearless_simd::{Simd, f32x16, prelude::*, u32x16};
+
+use super::Batch;
+use crate::density::density;
+use crate::frame::Vector;
+use crate::lanes::{LANES, put};
+use crate::material::Piece;
+use crate::phase::Parts;
+use crate::real::Real;
+use crate::shader::{Shader, White};
+
+/// Points in a chunk: with what is kept of them, they fit in half of a first cache of 32 kB.
+pub(super) const CHUNK: usize = 256;
+
+/// What is kept of the points of a chunk, `N` at most, a multiple of [`LANES`].
+pub(super) struct Chunk<const N: usize> {
+    /// x and y in [−1, 1], and w/l.
+    pub(super) at: [[f32; N]; 3],
+    /// In the yarn frame.
+    pub(super) wi: [[f32; N]; 3],
+    pub(super) wo: [[f32; N]; 3],
+    /// The key of the piece of yarn, or [`NOTHING`].
+    pub(super) piece: [u32; N],
+    /// The index of the type of yarn.
+    pub(super) yarn: [u32; N],
+    /// Points that are left to [`Shader::eval_lobes`].
+    pub(super) is_apart: [bool; N],
+    /// The factor of the highlight's grains; 1 where there are none.
+    pub(super) intensity: [f32; N],
+    /// f of the peak, of the uniform part and of the diffuse, if the yarn were white.
+    white: [[f32; N]; 3],
+    density: [f32; N],
+    /// What is wanted.
+    pub(super) specular: [[f32; N]; 3],
+    pub(super) diffuse: [[f32; N]; 3],
+    pub(super) pdf: [f32; N],
+}
+
+/// What is wanted of points.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Wanted {
+    Lobes,
+    Density,
+    Both,
+}
+
+/// The key of points that reflect nothing.
+pub(super) const NOTHING: u32 = u32::MAX;
+
+impl<const N: usize> Chunk<N> {
+    pub(super) fn new() -> Self {
+        Self {
+            at: [[0.0; N]; 3],
+            wi: [[0.0; N]; 3],
+            wo: [[0.0; N]; 3],
+            piece: [NOTHING; N],
+            yarn: [0; N],
+            is_apart: [false; N],
+            intensity: [1.0; N],
+            white: [[0.0; N]; 3],
+            density: [0.0; N],
+            specular: [[0.0; N]; 3],
+            diffuse: [[0.0; N]; 3],
+            pdf: [0.0; N],
+        }
+    }
+}
+
+/// The points of a block that go through the kernel together.
+#[derive(Clone, Copy)]
+enum Lanes {
+    /// Side by side from here on.
+    From(usize),
+    /// From anywhere in the chunk.
+    Of([u8; LANES]),
+}
+
+impl Lanes {
+    /// Their numbers in one part of a chunk.
+    #[inline(always)]
+    fn of<S: Simd, const N: usize>(&self, simd: S, part: &[f32; N]) -> f32x16<S> {
+        match self {
+            Self::From(first) => load(simd, part, *first),
+            Self::Of(lanes) => f32x16::from_fn(simd, |i| part[usize::from(lanes[i]) % N]),
+        }
+    }
+
+    #[inline(always)]
+    fn vector<S: Simd, const N: usize>(
+        &self,
+        simd: S,
+        [x, y, z]: &[[f32; N]; 3],
+    ) -> Vector<f32x16<S>> {
+        Vector::new(self.of(simd, x), self.of(simd, y), self.of(simd, z))
+    }
+
+    /// Their types of yarn.
+    #[inline(always)]
+    fn yarns<const N: usize>(&self, yarns: &[u32; N]) -> [u32; LANES] {
+        match self {
+            Self::From(first) => core::array::from_fn(|i| yarns[(first + i) % N]),
+            Self::Of(lanes) => core::array::from_fn(|i| yarns[usize::from(lanes[i]) % N]),
+        }
+    }
+}
+
+/// The lanes of a block, `LANES` from `first` on.
+#[inline(always)]
+fn load<S: Simd>(simd: S, values: &[f32], first: usize) -> f32x16<S> {
+    f32x16::from_slice(simd, &values[first..first + LANES])
+}
+
+impl Shader {
+    /// Sets what is `wanted` of `points`, but of those that are apart.
+    #[inline(always)]
+    pub(super) fn shade_lanes<S: Simd, const N: usize>(
+        &self,
+        simd: S,
+        points: &Batch<'_>,
+        wanted: Wanted,
+        chunk: &mut Chunk<N>,
+    ) {
+        let blocks = points.len().div_ceil(LANES);
+        for block in 0..blocks {
+            self.find(simd, points, LANES * block, chunk);
+        }
+        self.shade_white(simd, blocks, wanted, chunk);
+        for first in (0..points.len()).step_by(LANES) {
+            self.color(simd, first, wanted, chunk);
+        }
+    }
+
+    /// Finds what is `wanted` of points whose places are known, as if they were white.
+    #[inline(always)]
+    fn shade_white<S: Simd, const N: usize>(
+        &self,
+        simd: S,
+        blocks: usize,
+        wanted: Wanted,
+        chunk: &mut Chunk<N>,
+    ) {
+        let mut order = [0_u8; N];
+        let mut is_done = [0_u16; N];
+        for start in 0..blocks {
+            // The first point that is still to be shaded tells the next piece.
+            loop {
+                let pieces: u32x16<S> =
+                    u32x16::from_slice(simd, &chunk.piece[LANES * start..][..LANES]);
+                let open = !(pieces.simd_eq(NOTHING)).to_bitmask() as u16 & !is_done[start];
+                if open == 0 {
+                    break;
+                }
+                let key = chunk.piece[LANES * start + open.trailing_zeros() as usize];
+                let piece = self.materials.piece_of(key);
+                let mut count = 0;
+                let open_blocks = is_done.iter_mut().enumerate().take(blocks).skip(start);
+                for (block, is_done) in open_blocks {
+                    let first = LANES * block;
+                    let pieces = u32x16::from_slice(simd, &chunk.piece[first..first + LANES]);
+                    let mut bits = pieces.simd_eq(key).to_bitmask() as u16;
+                    *is_done |= bits;
+                    if bits == u16::MAX {
+                        let found = self.found_on(simd, piece, wanted, chunk, Lanes::From(first));
+                        let (white, density) = found;
+                        put(white, &mut chunk.white, first);
+                        density.store_slice(&mut chunk.density[first..first + LANES]);
+                        continue;
+                    }
+                    while bits != 0 {
+                        order[count] = (first + bits.trailing_zeros() as usize) as u8;
+                        count += 1;
+                        bits &= bits - 1;
+                    }
+                }
+                for some in order[..count].chunks(LANES) {
+                    let mut lanes = [some[0]; LANES];
+                    lanes[..some.len()].copy_from_slice(some);
+                    let found = self.found_on(simd, piece, wanted, chunk, Lanes::Of(lanes));
+                    let ([peak, uniform, diffuse], density) = found;
+                    for (k, &lane) in some.iter().enumerate() {
+                        let lane = usize::from(lane) % N;
+                        chunk.white[0][lane] = peak[k];
+                        chunk.white[1][lane] = uniform[k];
+                        chunk.white[2][lane] = diffuse[k];
+                        chunk.density[lane] = density[k];
+                    }
+                }
+            }
+        }
+    }
+
+    /// What points on one `piece` reflect if they are white, and the density of their directions.
+    #[inline(always)]
+    fn found_on<S: Simd, const N: usize>(
+        &self,
+        simd: S,
+        piece: &Piece<f32>,
+        wanted: Wanted,
+        chunk: &Chunk<N>,
+        lanes: Lanes,
+    ) -> ([f32x16<S>; 3], f32x16<S>) {
+        let (wi, wo) = (lanes.vector(simd, &chunk.wi), lanes.vector(simd, &chunk.wo));
+        let Vector { x, y, z: ratio } = lanes.vector(simd, &chunk.at);
+        let at = [x, y, ratio];
+        let zero = x.zero();
+        let (mut white, mut pdf) = (White { highlight: Parts::none(x), diffuse: zero }, zero);
+        if wanted != Wanted::Density {
+            white = self.white(piece, at, wi, wo);
+        }
+        if wanted != Wanted::Lobes {
+            let bright = self.materials.side_by_side.look(simd, &lanes.yarns(&chunk.yarn)).bright();
+            let drawing = self.drawing(piece, at, wo, bright);
+            pdf = density(piece, at, &drawing, wi, wo);
+        }
+        let White { highlight: Parts { peak, uniform }, diffuse } = white;
+        ([peak, uniform, diffuse], pdf)
+    }
+
+    /// Sets the colours of the block of points from `first` on, and their densities.
+    #[inline(always)]
+    fn color<S: Simd, const N: usize>(
+        &self,
+        simd: S,
+        first: usize,
+        wanted: Wanted,
+        chunk: &mut Chunk<N>,
+    ) {
+        let lanes = first..first + LANES;
+        let is_seen = !u32x16::from_slice(simd, &chunk.piece[lanes.clone()]).simd_eq(NOTHING);
+        let zero = <f32x16<S> as SimdBase<S>>::splat(simd, 0.0);
+        if wanted != Wanted::Lobes {
+            let density = load(simd, &chunk.density, first);
+            is_seen.select(density, zero).store_slice(&mut chunk.pdf[lanes.clone()]);
+        }
+        if wanted != Wanted::Density {
+            let [peak, uniform, diffuse] = &chunk.white;
+            let (peak, uniform) = (load(simd, peak, first), load(simd, uniform, first));
+            let diffuse = load(simd, diffuse, first);
+            let white = White { highlight: Parts { peak, uniform }, diffuse };
+            let mut look = self.materials.side_by_side.look(simd, &chunk.yarn[lanes.clone()]);
+            look.intensity = load(simd, &chunk.intensity, first);
+            let [specular, diffuse] = look.lobes(&white);
+            let [r, g, b] = specular;
+            let specular =
+                [is_seen.select(r, zero), is_seen.select(g, zero), is_seen.select(b, zero)];
+            put(specular, &mut chunk.specular, first);
+            let [r, g, b] = diffuse;
+            let diffuse =
+                [is_seen.select(r, zero), is_seen.select(g, zero), is_seen.select(b, zero)];
+            put(diffuse, &mut chunk.diffuse, first);
+        }
+    }
+}

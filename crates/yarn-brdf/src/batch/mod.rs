@@ -1,0 +1,414 @@
+//! Many points at a time: the kernel of [`Shader::eval`] on sixteen lanes, with the instructions of the
+//! processor that it runs on.
+//!
+//! Every lane has the bits that [`Shader::eval`] returns, whatever the instructions: nothing is fused,
+//! and no function comes from a library. Points are taken in chunks that stay in the first cache. First
+//! their places are looked up, side by side; then those on the same kind of yarn are gathered and go
+//! through the kernel together, so that a cloth of several yarns takes no more branches than one of a
+//! single yarn.
+
+mod chunk;
+mod places;
+
+use core::ops::Range;
+
+use fearless_simd::{Level, Simd, dispatch};
+use glam::{DVec2, Vec3};
+
+use crate::lanes::LANES;
+use crate::shader::{Lobes, Shader};
+use chunk::{CHUNK, Chunk, Wanted};
+
+/// Points to be shaded, component by component: all slices are equally long.
+#[derive(Clone, Copy, Debug)]
+pub struct Batch<'a> {
+    /// u and v, m along the cloth.
+    pub uv: [&'a [f64]; 2],
+    /// x, y and z of the directions to the light, as for [`Shader::eval`].
+    pub wi: [&'a [f32]; 3],
+    /// x, y and z of the directions to the viewer.
+    pub wo: [&'a [f32]; 3],
+    /// Whether a point is wanted; all are without. The others are set to 0.
+    pub active: Option<&'a [bool]>,
+}
+
+/// Slices of a batch that differ in length.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{what}: {found} values, expected {expected} as in u")]
+pub struct BatchError {
+    /// The name of the slice.
+    pub what: &'static str,
+    /// Its length.
+    pub found: usize,
+    /// That of the slice of u.
+    pub expected: usize,
+}
+
+/// Instructions for many numbers at a time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Instructions {
+    /// Of every x86-64 processor.
+    Sse2,
+    /// x86-64-v2.
+    Sse4,
+    /// x86-64-v3.
+    Avx2,
+    /// AVX-512 as of Ice Lake and Zen 4.
+    Avx512,
+    /// Of every 64-bit ARM processor.
+    Neon,
+    /// None that this crate knows of: one number after the other, as far as the compiler does no better.
+    Plain,
+}
+
+impl Instructions {
+    /// Those that this processor has, the best one last.
+    pub fn available() -> Vec<Self> {
+        const ALL: [Instructions; 6] = [
+            Instructions::Plain,
+            Instructions::Neon,
+            Instructions::Sse2,
+            Instructions::Sse4,
+            Instructions::Avx2,
+            Instructions::Avx512,
+        ];
+        ALL.into_iter().filter(|instructions| instructions.level().is_some()).collect()
+    }
+
+    /// The level of these, if this processor has them.
+    pub(crate) fn level(self) -> Option<Level> {
+        let best = Level::new();
+        match self {
+            #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+            Self::Sse2 => best.as_sse2().map(Simd::level),
+            #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+            Self::Sse4 => best.as_sse4_2().map(Simd::level),
+            #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+            Self::Avx2 => best.as_avx2().map(Simd::level),
+            #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+            Self::Avx512 => best.as_avx512().map(Simd::level),
+            #[cfg(target_arch = "aarch64")]
+            Self::Neon => best.as_neon().map(Simd::level),
+            Self::Plain => best.is_fallback().then_some(best),
+            _ => None,
+        }
+    }
+}
+
+/// Points at which directions are to be drawn: all slices are equally long.
+#[derive(Clone, Copy, Debug)]
+pub struct Draws<'a> {
+    /// u and v, m along the cloth.
+    pub uv: [&'a [f64]; 2],
+    /// x, y and z of the directions to the viewer, as for [`Shader::sample`].
+    pub wo: [&'a [f32]; 3],
+    /// Three numbers in [0, 1).
+    pub xi: [&'a [f32]; 3],
+    /// Whether a point is wanted; all are without.
+    pub active: Option<&'a [bool]>,
+}
+
+/// Where the samples of points go: all slices are as long as those of the [`Draws`].
+#[derive(Debug)]
+pub struct Samples<'a> {
+    /// x, y and z of the directions, unit, on the side of `wo`.
+    pub wi: [&'a mut [f32]; 3],
+    /// f cos θi / pdf, linear RGB.
+    pub weight: Colors<'a>,
+    /// The density with which each was drawn, sr⁻¹: 0, as is all else, where there is no sample.
+    pub pdf: &'a mut [f32],
+}
+
+/// Where the yarns at points go: all slices are equally long. All numbers are 0 in a gap.
+#[derive(Debug)]
+pub struct YarnPoints<'a> {
+    /// Whether there is a yarn.
+    pub is_hit: &'a mut [bool],
+    /// Index of its type.
+    pub yarn: &'a mut [u16],
+    /// Inclination along the arc, rad, in [−u_max, u_max].
+    pub u: &'a mut [f32],
+    /// Angle around the section, rad, in [−π/2, π/2].
+    pub v: &'a mut [f32],
+    /// x, y and z of the normal of the yarn, unit, in the shading frame.
+    pub normal: [&'a mut [f32]; 3],
+    /// x, y and z of the tangent of the fibres, unit, in the shading frame.
+    pub tangent: [&'a mut [f32]; 3],
+}
+
+/// The components of a colour, of all points.
+pub type Colors<'a> = [&'a mut [f32]; 3];
+
+impl Shader {
+    /// Uses these instructions for batches instead of the best ones, and returns whether the processor
+    /// has them; if not, nothing changes. For measurements: no value depends on it.
+    pub fn use_instructions(&mut self, instructions: Instructions) -> bool {
+        let level = instructions.level();
+        self.level = level.unwrap_or(self.level);
+        level.is_some()
+    }
+
+    /// [`Shader::eval`] of each point: `f` is set to red, green and blue, sr⁻¹.
+    ///
+    /// # Errors
+    ///
+    /// Slices of different lengths.
+    pub fn eval_batch(&self, points: &Batch<'_>, mut f: Colors<'_>) -> Result<(), BatchError> {
+        points.check(&[("f", lengths(&f))])?;
+        self.for_each_chunk(points, Wanted::Lobes, |range, chunk| {
+            for (c, f) in f.iter_mut().enumerate() {
+                let lobes = chunk.specular[c].iter().zip(&chunk.diffuse[c]);
+                for (f, (specular, diffuse)) in f[range.clone()].iter_mut().zip(lobes) {
+                    *f = specular + diffuse;
+                }
+            }
+        });
+        Ok(())
+    }
+
+    /// [`Shader::eval_lobes`] of each point: both lobes are set to red, green and blue, sr⁻¹.
+    ///
+    /// # Errors
+    ///
+    /// Slices of different lengths.
+    pub fn eval_lobes_batch(
+        &self,
+        points: &Batch<'_>,
+        mut specular: Colors<'_>,
+        mut diffuse: Colors<'_>,
+    ) -> Result<(), BatchError> {
+        points.check(&[("specular", lengths(&specular)), ("diffuse", lengths(&diffuse))])?;
+        self.for_each_chunk(points, Wanted::Lobes, |range, chunk| {
+            for c in 0..3 {
+                specular[c][range.clone()].copy_from_slice(&chunk.specular[c][..range.len()]);
+                diffuse[c][range.clone()].copy_from_slice(&chunk.diffuse[c][..range.len()]);
+            }
+        });
+        Ok(())
+    }
+
+    /// [`Shader::pdf`] of each point, sr⁻¹.
+    ///
+    /// # Errors
+    ///
+    /// Slices of different lengths.
+    pub fn pdf_batch(&self, points: &Batch<'_>, pdf: &mut [f32]) -> Result<(), BatchError> {
+        points.check(&[("pdf", [pdf.len()])])?;
+        self.for_each_chunk(points, Wanted::Density, |range, chunk| {
+            pdf[range.clone()].copy_from_slice(&chunk.pdf[..range.len()]);
+        });
+        Ok(())
+    }
+
+    /// [`Shader::eval_lobes`] and [`Shader::pdf`] of places at `uv` (m) that share their directions, such
+    /// as those of one pixel's footprint: as many as there are both places and results.
+    pub fn eval_pdf_batch(&self, uv: &[DVec2], wi: Vec3, wo: Vec3, results: &mut [(Lobes, f32)]) {
+        if uv.len().min(results.len()) < self.fewest() {
+            for (&uv, (lobes, pdf)) in uv.iter().zip(results) {
+                (*lobes, *pdf) = (self.eval_lobes(uv, wi, wo), self.pdf(uv, wi, wo));
+            }
+            return;
+        }
+        let wi: [[f32; LANES]; 3] = wi.to_array().map(|c| [c; LANES]);
+        let wo: [[f32; LANES]; 3] = wo.to_array().map(|c| [c; LANES]);
+        let mut chunk = Chunk::<LANES>::new();
+        for (uv, results) in uv.chunks(LANES).zip(results.chunks_mut(LANES)) {
+            let count = uv.len().min(results.len());
+            let [mut u, mut v] = [[0.0; LANES]; 2];
+            for (k, uv) in uv.iter().enumerate() {
+                (u[k], v[k]) = (uv.x, uv.y);
+            }
+            let points = Batch {
+                uv: [&u[..count], &v[..count]],
+                wi: wi.each_ref().map(|c| &c[..count]),
+                wo: wo.each_ref().map(|c| &c[..count]),
+                active: None,
+            };
+            self.shade(&points, Wanted::Both, &mut chunk);
+            for (k, (lobes, pdf)) in results[..count].iter_mut().enumerate() {
+                lobes.specular = Vec3::from_array(chunk.specular.each_ref().map(|c| c[k]));
+                lobes.diffuse = Vec3::from_array(chunk.diffuse.each_ref().map(|c| c[k]));
+                *pdf = chunk.pdf[k];
+            }
+        }
+    }
+
+    /// [`Shader::sample`] of each point.
+    ///
+    /// The directions are drawn one after the other; all else is worked out side by side.
+    ///
+    /// # Errors
+    ///
+    /// Slices of different lengths.
+    pub fn sample_batch(&self, draws: &Draws<'_>, samples: Samples<'_>) -> Result<(), BatchError> {
+        let Samples { wi, weight, pdf } = samples;
+        let Draws { uv, wo, xi, active } = *draws;
+        let all = Batch { uv, wi: xi, wo, active };
+        all.check(&[("wi", lengths(&wi)), ("weight", lengths(&weight)), ("pdf", [pdf.len(); 3])])?;
+        let mut chunk = Chunk::<CHUNK>::new();
+        let mut drawn = [[0.0; CHUNK]; 3];
+        for first in (0..all.len()).step_by(CHUNK) {
+            let part = all.part(first, CHUNK);
+            for k in 0..part.len() {
+                let is_wanted = part.active.is_none_or(|active| active[k]);
+                let wo = Vec3::from_array(part.wo.map(|c| c[k]));
+                let uv = DVec2::new(part.uv[0][k], part.uv[1][k]);
+                let wi = is_wanted.then(|| self.drawn(uv, wo, part.wi.map(|c| c[k]))).flatten();
+                let wi = wi.unwrap_or(Vec3::ZERO).to_array();
+                for (c, value) in drawn.iter_mut().zip(wi) {
+                    c[k] = value;
+                }
+            }
+            let points = Batch { wi: drawn.each_ref().map(|c| &c[..part.len()]), ..part };
+            self.shade(&points, Wanted::Both, &mut chunk);
+            for k in 0..part.len() {
+                let color = |of: &[[f32; CHUNK]; 3]| Vec3::from_array(of.each_ref().map(|c| c[k]));
+                let (direction, density) = (color(&drawn), chunk.pdf[k]);
+                let f = color(&chunk.specular) + color(&chunk.diffuse);
+                let quotient = f * direction.z.abs() / density;
+                let is_sample = density > 0.0 && quotient.is_finite();
+                for c in 0..3 {
+                    wi[c][first + k] = if is_sample { direction[c] } else { 0.0 };
+                    weight[c][first + k] = if is_sample { quotient[c] } else { 0.0 };
+                }
+                pdf[first + k] = if is_sample { density } else { 0.0 };
+            }
+        }
+        Ok(())
+    }
+
+    /// [`Shader::yarn_at`] of each point at `uv` (m), in single precision.
+    ///
+    /// # Errors
+    ///
+    /// Slices of different lengths.
+    pub fn yarn_at_batch(&self, uv: [&[f64]; 2], points: YarnPoints<'_>) -> Result<(), BatchError> {
+        let YarnPoints { is_hit, yarn, u, v, normal, tangent } = points;
+        let expected = uv[0].len();
+        let found = [("v", uv[1].len()), ("is_hit", is_hit.len()), ("yarn", yarn.len())]
+            .into_iter()
+            .chain([("u", u.len()), ("v", v.len())])
+            .chain(lengths(&normal).map(|length| ("normal", length)))
+            .chain(lengths(&tangent).map(|length| ("tangent", length)));
+        same_length(expected, found)?;
+        for k in 0..expected {
+            let found = self.yarn_at(DVec2::new(uv[0][k], uv[1][k]));
+            is_hit[k] = found.is_some();
+            yarn[k] = found.map_or(0, |found| found.yarn);
+            u[k] = found.map_or(0.0, |found| found.u as f32);
+            v[k] = found.map_or(0.0, |found| found.v as f32);
+            for c in 0..3 {
+                normal[c][k] = found.map_or(0.0, |found| found.normal[c] as f32);
+                tangent[c][k] = found.map_or(0.0, |found| found.tangent[c] as f32);
+            }
+        }
+        Ok(())
+    }
+
+    /// How many points it takes for all [`LANES`] to be faster than one point after the other, measured.
+    fn fewest(&self) -> usize {
+        match self.level {
+            #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+            Level::Avx512(_) => 3,
+            #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+            Level::Avx2(_) => 6,
+            _ => 9,
+        }
+    }
+
+    /// Calls `take` with the range of each chunk of `points` and what is `wanted` of them.
+    fn for_each_chunk(
+        &self,
+        points: &Batch<'_>,
+        wanted: Wanted,
+        mut take: impl FnMut(Range<usize>, &Chunk<CHUNK>),
+    ) {
+        let mut chunk = Chunk::new();
+        for first in (0..points.len()).step_by(CHUNK) {
+            let part = points.part(first, CHUNK);
+            self.shade(&part, wanted, &mut chunk);
+            take(first..first + part.len(), &chunk);
+        }
+    }
+
+    /// Sets what is `wanted` of `points` in `chunk`.
+    fn shade<const N: usize>(&self, points: &Batch<'_>, wanted: Wanted, chunk: &mut Chunk<N>) {
+        dispatch!(self.level, simd => self.shade_lanes(simd, points, wanted, chunk));
+        if self.materials.side_by_side.is_irregular {
+            self.shade_apart(points, wanted, chunk);
+        }
+    }
+
+    /// The same of those points that are not shaded side by side.
+    fn shade_apart<const N: usize>(
+        &self,
+        points: &Batch<'_>,
+        wanted: Wanted,
+        chunk: &mut Chunk<N>,
+    ) {
+        for k in (0..points.len()).filter(|&k| chunk.is_apart[k]) {
+            let [wi, wo] = [points.wi, points.wo].map(|w| Vec3::from_array(w.map(|part| part[k])));
+            let uv = DVec2::new(points.uv[0][k], points.uv[1][k]);
+            if wanted != Wanted::Density {
+                let Lobes { specular, diffuse } = self.eval_lobes(uv, wi, wo);
+                for c in 0..3 {
+                    (chunk.specular[c][k], chunk.diffuse[c][k]) = (specular[c], diffuse[c]);
+                }
+            }
+            if wanted != Wanted::Lobes {
+                chunk.pdf[k] = self.pdf(uv, wi, wo);
+            }
+        }
+    }
+}
+
+/// An error if one of the lengths that were `found` is not the `expected` one.
+fn same_length(
+    expected: usize,
+    mut found: impl Iterator<Item = (&'static str, usize)>,
+) -> Result<(), BatchError> {
+    match found.find(|&(_, found)| found != expected) {
+        Some((what, found)) => Err(BatchError { what, found, expected }),
+        None => Ok(()),
+    }
+}
+
+/// The lengths of the parts of a colour.
+fn lengths(colors: &Colors<'_>) -> [usize; 3] {
+    colors.each_ref().map(|part| part.len())
+}
+
+impl Batch<'_> {
+    /// How many points there are.
+    pub(crate) fn len(&self) -> usize {
+        self.uv[0].len()
+    }
+
+    /// At most `count` points from `first` on.
+    #[inline(always)]
+    fn part(&self, first: usize, count: usize) -> Self {
+        let range = first..self.len().min(first + count);
+        Self {
+            uv: self.uv.map(|part| &part[range.clone()]),
+            wi: self.wi.map(|part| &part[range.clone()]),
+            wo: self.wo.map(|part| &part[range.clone()]),
+            active: self.active.map(|part| &part[range.clone()]),
+        }
+    }
+
+    /// Whether all slices, and those of the `outputs`, are equally long.
+    fn check<const N: usize>(
+        &self,
+        outputs: &[(&'static str, [usize; N])],
+    ) -> Result<(), BatchError> {
+        let inputs = [("u", self.uv[0].len()), ("v", self.uv[1].len())]
+            .into_iter()
+            .chain(self.wi.map(|part| ("wi", part.len())))
+            .chain(self.wo.map(|part| ("wo", part.len())))
+            .chain(self.active.map(|part| ("active", part.len())));
+        let outputs =
+            outputs.iter().flat_map(|&(what, lengths)| lengths.map(|length| (what, length)));
+        same_length(self.len(), inputs.chain(outputs))
+    }
+}

@@ -1,0 +1,263 @@
+//! Places of sixteen points at a time.
+
+use fearless_simd::{Simd, f32x16, mask32x16, prelude::*, u32x16};
+use glam::DVec2;
+
+use super::Batch;
+use super::chunk::{Chunk, NOTHING};
+use crate::frame::Vector;
+use crate::lanes::{LANES, Wide, put};
+use crate::noise::intensities;
+use crate::real::Real;
+use crate::shader::Shader;
+use crate::threads::{Constant, Fill};
+use crate::weave::{Positions, Segments, Side, Touching};
+
+impl Shader {
+    /// Sets the places of the [`LANES`] points from `first` on.
+    #[inline(always)]
+    pub(super) fn find<S: Simd, const N: usize>(
+        &self,
+        simd: S,
+        points: &Batch<'_>,
+        first: usize,
+        chunk: &mut Chunk<N>,
+    ) {
+        let count = LANES.min(points.len() - first);
+        let (wi, wo) = (vector(simd, &points.wi, first), vector(simd, &points.wo, first));
+        let [u, v] = points.uv;
+        let u = Wide::load(simd, &padded(&u[first..], 0.0));
+        let v = Wide::load(simd, &padded(&v[first..], 0.0));
+        let is_wanted = match points.active {
+            None => (1_u64 << count) - 1,
+            Some(active) => (active[first..][..count].iter().rev())
+                .fold(0, |bits, &is_active| bits << 1 | u64::from(is_active)),
+        };
+        let is_wanted = mask32x16::from_bitmask(simd, is_wanted);
+        let Oriented { is_lit, is_back, wi, wo } = self.oriented_lanes(wi, wo);
+        let most = u.of(f64::MAX);
+        let is_lit = is_wanted & is_lit & u.abs().le(most) & v.abs().le(most);
+        // What is not looked at lies at the origin, where no integer overflows.
+        let uv = [u.or(is_lit, u.of(0.0)), v.or(is_lit, u.of(0.0))];
+        let found = self.segments(is_lit, is_back, uv, first, chunk);
+        let Found { is_hit, is_warp, at } = found;
+        let (wi, wo) = (to_yarn(wi, is_warp), to_yarn(wo, is_warp));
+        let lanes = first..first + LANES;
+        put(at, &mut chunk.at, first);
+        put([wi.x, wi.y, wi.z], &mut chunk.wi, first);
+        put([wo.x, wo.y, wo.z], &mut chunk.wo, first);
+        let pieces = u32x16::from_slice(simd, &chunk.piece[lanes.clone()]);
+        let nothing = u32x16::splat(simd, NOTHING);
+        is_hit.select(pieces, nothing).store_slice(&mut chunk.piece[lanes]);
+        if self.materials.side_by_side.is_irregular {
+            self.set_apart(first, chunk);
+        }
+    }
+
+    /// Takes points on yarn that looks different from place to place out of those that are shaded
+    /// together.
+    fn set_apart<const N: usize>(&self, first: usize, chunk: &mut Chunk<N>) {
+        for lane in first..first + LANES {
+            let yarn = chunk.yarn[lane] as usize;
+            chunk.is_apart[lane] = chunk.piece[lane] != NOTHING && {
+                let kind = &self.materials.kinds[yarn];
+                !(kind.is_uniform || kind.is_grained)
+            };
+            if chunk.is_apart[lane] {
+                chunk.piece[lane] = NOTHING;
+            }
+        }
+    }
+
+    /// [`Shader::oriented`] side by side.
+    #[inline(always)]
+    fn oriented_lanes<S: Simd>(&self, wi: Vector<f32x16<S>>, wo: Vector<f32x16<S>>) -> Oriented<S> {
+        let is_finite = (wi.dot(wi) + wo.dot(wo)).lt(Real::splat(wi.x, f32::INFINITY));
+        let (wi, wo) = (self.frame.turned(wi), self.frame.turned(wo));
+        let is_face = wi.z.is_positive() & wo.z.is_positive();
+        let is_back = wi.z.lt(wi.z.zero()) & wo.z.lt(wi.z.zero());
+        let (wi, wo) = (turned_over(wi, is_back), turned_over(wo, is_back));
+        Oriented { is_lit: is_finite & (is_face | is_back), is_back, wi, wo }
+    }
+
+    /// What shows at `uv`; sets the pieces and yarns in `chunk`.
+    #[inline(always)]
+    fn segments<S: Simd, const N: usize>(
+        &self,
+        is_lit: mask32x16<S>,
+        is_back: mask32x16<S>,
+        uv: [Wide<S>; 2],
+        first: usize,
+        chunk: &mut Chunk<N>,
+    ) -> Found<S> {
+        let (position, is_near) = self.weave.positions(self.frame.cells_lanes(uv));
+        let segments = match &self.threads.fill {
+            Fill::Touching if is_near => self.weave.segments_at(is_back, &position, &Touching),
+            Fill::Constant(sizes) if is_near => {
+                let sizes = Constant { threads: &self.threads, sizes };
+                self.weave.segments_at(is_back, &position, &sizes)
+            }
+            _ => return self.one_by_one(is_lit, is_back, uv, first, chunk),
+        };
+        let found = self.found(is_lit, &segments, first, chunk);
+        if !self.materials.side_by_side.grains.is_empty() {
+            self.set_grains(&position, &segments, first, chunk);
+        }
+        found
+    }
+
+    /// Sets the factors of the highlight's grains.
+    #[inline(always)]
+    fn set_grains<S: Simd, const N: usize>(
+        &self,
+        position: &Positions<S>,
+        segments: &Segments<S>,
+        first: usize,
+        chunk: &mut Chunk<N>,
+    ) {
+        let (simd, lanes) = (segments.thread.token(), first..first + LANES);
+        let &Segments { is_warp, x, .. } = segments;
+        let yarns = u32x16::from_slice(simd, &chunk.yarn[lanes.clone()]);
+        let all = &self.materials.side_by_side.grains;
+        let part = |k: usize| Wide::from_fn(simd, |lane| all[yarns[lane] as usize][k]);
+        let (amount, fineness) = if let [[amount, fineness]] = all.as_slice() {
+            (x.of(*amount), x.of(*fineness))
+        } else {
+            (part(0), part(1))
+        };
+        let Positions { cell: [end, pick], fraction: [u, v], .. } = *position;
+        // Along an end, picks follow each other.
+        let (line, cell, fraction) =
+            (end.or(is_warp, pick), pick.or(is_warp, end), v.or(is_warp, u));
+        let along = cell * fineness + (fraction * fineness).floor();
+        let across = ((x + 1.0) * 0.5 * fineness).floor();
+        let grain = intensities(self.seed, is_warp, line, along, across);
+        let intensity = grain * amount.narrow() + (-amount + 1.0).narrow();
+        intensity.store_slice(&mut chunk.intensity[lanes]);
+    }
+
+    /// What shows where these `segments` are; sets the pieces and yarns in `chunk`.
+    #[inline(always)]
+    fn found<S: Simd, const N: usize>(
+        &self,
+        is_lit: mask32x16<S>,
+        segments: &Segments<S>,
+        first: usize,
+        chunk: &mut Chunk<N>,
+    ) -> Found<S> {
+        let &Segments { is_hit, is_warp, is_straight, thread, x, y, length, width } = segments;
+        let simd = thread.token();
+        let [of_pick, of_end] = self.frame.aspects;
+        let ratio = width * length.of(of_end).or(is_warp, length.of(of_pick)) / length;
+        let ratio = length.of(0.0).or(is_straight, ratio);
+        let lanes = first..first + LANES;
+        let common = &self.materials.side_by_side;
+        let straight = is_straight.select(u32x16::splat(simd, 1), u32x16::splat(simd, 0));
+        let mut pieces = straight;
+        if common.keys.len() > 1 {
+            // Ends come first. Where there is no yarn, any will do.
+            let index = is_warp.select(thread, thread + self.weave.ends());
+            let yarns = u32x16::from_fn(simd, |i| self.threads.yarns[index[i] as usize].into());
+            yarns.store_slice(&mut chunk.yarn[lanes.clone()]);
+            pieces = u32x16::from_fn(simd, |i| common.keys[yarns[i] as usize]) | straight;
+        }
+        if common.is_lowered {
+            let ratio = ratio.to_array();
+            for lane in 0..LANES {
+                if !is_straight.test(lane) {
+                    let yarn = chunk.yarn[first + lane] as usize;
+                    pieces[lane] += self.materials.single[yarn].lowered_key(ratio[lane]);
+                }
+            }
+        }
+        pieces.store_slice(&mut chunk.piece[lanes]);
+        Found { is_hit: is_hit & is_lit, is_warp, at: [x.narrow(), y.narrow(), ratio.narrow()] }
+    }
+
+    /// The same for each point on its own.
+    #[inline(never)]
+    fn one_by_one<S: Simd, const N: usize>(
+        &self,
+        is_lit: mask32x16<S>,
+        is_back: mask32x16<S>,
+        uv: [Wide<S>; 2],
+        first: usize,
+        chunk: &mut Chunk<N>,
+    ) -> Found<S> {
+        let simd = is_lit.token();
+        let [u, v] = uv.map(Wide::to_array);
+        let mut at = [[0.0; LANES]; 3];
+        let (mut is_hit, mut is_warp) = (0_u64, 0_u64);
+        for lane in (0..LANES).filter(|&lane| is_lit.test(lane)) {
+            let side = if is_back.test(lane) { Side::Back } else { Side::Face };
+            let uv = DVec2::new(u[lane], v[lane]);
+            let Some((position, segment)) = self.segment_at(uv, side) else { continue };
+            let (yarn, ratio) = (self.threads.yarn(&segment), self.shape(&segment));
+            let key = if segment.is_straight() {
+                1
+            } else {
+                self.materials.single[usize::from(yarn)].lowered_key(ratio)
+            };
+            chunk.yarn[first + lane] = yarn.into();
+            chunk.piece[first + lane] = self.materials.side_by_side.keys[usize::from(yarn)] + key;
+            let noise = &self.materials.kinds[usize::from(yarn)].yarn.noise;
+            chunk.intensity[first + lane] = self.grains(noise, &segment, position);
+            for (part, value) in at.iter_mut().zip([segment.x, segment.y, ratio]) {
+                part[lane] = value as f32;
+            }
+            is_hit |= 1 << lane;
+            is_warp |= u64::from(segment.is_warp) << lane;
+        }
+        let mask = |bits| mask32x16::from_bitmask(simd, bits);
+        let at = at.map(|part| f32x16::simd_from(simd, part));
+        Found { is_hit: mask(is_hit), is_warp: mask(is_warp), at }
+    }
+}
+
+/// Both directions in the frame of weft and warp, as seen from the side they are on.
+struct Oriented<S: Simd> {
+    /// Whether they are on one side, and finite.
+    is_lit: mask32x16<S>,
+    is_back: mask32x16<S>,
+    wi: Vector<f32x16<S>>,
+    wo: Vector<f32x16<S>>,
+}
+
+/// What shows at sixteen points.
+struct Found<S: Simd> {
+    is_hit: mask32x16<S>,
+    is_warp: mask32x16<S>,
+    at: [f32x16<S>; 3],
+}
+
+/// Vectors of points from `first` on.
+#[inline(always)]
+fn vector<S: Simd>(simd: S, [x, y, z]: &[&[f32]; 3], first: usize) -> Vector<f32x16<S>> {
+    Vector::new(
+        f32x16::simd_from(simd, padded(&x[first..], 0.0)),
+        f32x16::simd_from(simd, padded(&y[first..], 0.0)),
+        f32x16::simd_from(simd, padded(&z[first..], 0.0)),
+    )
+}
+
+/// [`Vector::turned_over`] where `is_back` holds.
+#[inline(always)]
+fn turned_over<S: Simd>(w: Vector<f32x16<S>>, is_back: mask32x16<S>) -> Vector<f32x16<S>> {
+    let over = w.turned_over();
+    Vector::new(is_back.select(over.x, w.x), w.y, is_back.select(over.z, w.z))
+}
+
+/// [`crate::frame::to_yarn`] side by side.
+#[inline(always)]
+fn to_yarn<S: Simd>(w: Vector<f32x16<S>>, is_warp: mask32x16<S>) -> Vector<f32x16<S>> {
+    Vector::new(is_warp.select(w.x, -w.y), is_warp.select(w.y, w.x), w.z)
+}
+
+/// The first values of a slice, and `rest` where there are too few.
+#[inline(always)]
+fn padded<T: Copy>(values: &[T], rest: T) -> [T; LANES] {
+    match values.first_chunk() {
+        Some(&all) => all,
+        None => core::array::from_fn(|lane| values.get(lane).copied().unwrap_or(rest)),
+    }
+}

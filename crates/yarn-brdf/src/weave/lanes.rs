@@ -1,0 +1,315 @@
+//! Sixteen pieces of yarn at a time: [`Weave::segment_at`] side by side.
+//!
+//! Everything is a number here, also what is an integer or a choice there: cells and threads are whole
+//! `f64`, which are exact up to [`FARTHEST`]. Each step rounds as that for one position does.
+
+use fearless_simd::{Simd, mask32x16, prelude::*, u32x16};
+
+use super::{ENDLESS, FAR, Touching, Weave};
+use crate::lanes::{LANES, ROUND_F64, Wide};
+
+/// Least coordinate, in cells, that is left to [`super::Position`]: products with numbers up to 2²⁰ are
+/// exact below it.
+const FARTHEST: f64 = (1_u64 << 30) as f64;
+
+/// Sixteen positions on the cloth.
+#[derive(Clone, Copy)]
+pub(crate) struct Positions<S: Simd> {
+    /// End and pick over all repeats.
+    pub(crate) cell: [Wide<S>; 2],
+    /// Distance along u and v from the cell's corner, in cells, in [0, 1).
+    pub(crate) fraction: [Wide<S>; 2],
+    /// End and pick within the repeat.
+    thread: [Wide<S>; 2],
+}
+
+/// What shows at sixteen positions; see [`super::Segment`].
+#[derive(Clone, Copy)]
+pub(crate) struct Segments<S: Simd> {
+    /// Lanes in which a yarn shows.
+    pub(crate) is_hit: mask32x16<S>,
+    pub(crate) is_warp: mask32x16<S>,
+    pub(crate) is_straight: mask32x16<S>,
+    pub(crate) thread: u32x16<S>,
+    pub(crate) x: Wide<S>,
+    pub(crate) y: Wide<S>,
+    pub(crate) length: Wide<S>,
+    pub(crate) width: Wide<S>,
+}
+
+/// The sizes of threads that do not change along them and lie in the middle of their cells.
+pub(crate) trait LaneSizes {
+    /// Whether every thread fills its pitch everywhere.
+    const ARE_TOUCHING: bool = false;
+
+    /// The size of each `thread`, an end where `is_end` holds.
+    fn of<S: Simd>(&self, is_end: mask32x16<S>, thread: Wide<S>) -> Wide<S>;
+}
+
+impl LaneSizes for Touching {
+    const ARE_TOUCHING: bool = true;
+
+    #[inline(always)]
+    fn of<S: Simd>(&self, _is_end: mask32x16<S>, thread: Wide<S>) -> Wide<S> {
+        thread.of(1.0)
+    }
+}
+
+/// Threads that are hit.
+#[derive(Clone, Copy)]
+struct Strands<S: Simd> {
+    is_end: mask32x16<S>,
+    /// Twice the distance of the position from the middle of the thread, in cells.
+    across: Wide<S>,
+    size: Wide<S>,
+}
+
+/// Crossings on which a strand is on top.
+#[derive(Clone, Copy)]
+struct Crossings<S: Simd> {
+    index: Wide<S>,
+    /// The thread crossed there, within the repeat.
+    thread: Wide<S>,
+    /// Where along the strand the position is, from the edge of that thread's cell, in cells.
+    offset: Wide<S>,
+    /// The bytes of [`super::Crossing`].
+    bits: u32x16<S>,
+}
+
+/// How far pieces reach.
+#[derive(Clone, Copy)]
+struct Extents<S: Simd> {
+    is_straight: mask32x16<S>,
+    length: Wide<S>,
+    /// The fraction of the length at which the position is.
+    along: Wide<S>,
+}
+
+impl Weave {
+    /// The positions at (u, v) = `cells`, in cells, and whether all of them are near enough to be told.
+    #[inline(always)]
+    pub(crate) fn positions<S: Simd>(&self, cells: [Wide<S>; 2]) -> (Positions<S>, bool) {
+        let far = cells[0].of(FARTHEST);
+        let is_near = cells[0].abs().lt(far) & cells[1].abs().lt(far);
+        let ((end, u), (pick, v)) = (split(cells[0]), split(cells[1]));
+        let thread = [self.wrapped(0, end), self.wrapped(1, pick)];
+        (Positions { cell: [end, pick], fraction: [u, v], thread }, is_near.all_true())
+    }
+
+    /// `cell` modulo the period along `axis`.
+    #[inline(always)]
+    fn wrapped<S: Simd>(&self, axis: usize, cell: Wide<S>) -> Wide<S> {
+        let count = f64::from(self.periods[axis].count());
+        // The quotient is off by less than a half.
+        let repeats = (cell * (1.0 / count) + ROUND_F64) - ROUND_F64;
+        let rest = cell - repeats * count;
+        (rest + count).or(rest.lt(rest.of(0.0)), rest)
+    }
+
+    /// The pieces of yarn at `position`, seen from the back where `is_back` holds.
+    #[inline(always)]
+    pub(crate) fn segments_at<S: Simd, T: LaneSizes>(
+        &self,
+        is_back: mask32x16<S>,
+        position: &Positions<S>,
+        sizes: &T,
+    ) -> Segments<S> {
+        let Positions { fraction: [u, v], thread: [end, pick], .. } = *position;
+        let all = mask32x16::splat(is_back.token(), true);
+        let index = pick * f64::from(self.ends()) + end;
+        let bits = self.bits(index);
+        let top_is_end = !(pick_is_top(bits) ^ is_back);
+        let (across_end, across_pick) = (u * 2.0 - 1.0, v * 2.0 - 1.0);
+        let across = across_end.or(top_is_end, across_pick);
+        let on_top = Crossings {
+            index,
+            thread: pick.or(top_is_end, end),
+            offset: v.or(top_is_end, u),
+            bits,
+        };
+        if T::ARE_TOUCHING {
+            let top = Strands { is_end: top_is_end, across, size: u.of(1.0) };
+            let extents = self.extents(top.is_end, on_top, sizes);
+            return self.pieces(is_back, position, top, extents, all);
+        }
+        let (size_end, size_pick) = (sizes.of(all, end), sizes.of(!all, pick));
+        let end_is_hit = across_end.abs().le(size_end);
+        let pick_is_hit = across_pick.abs().le(size_pick);
+        let size = size_end.or(top_is_end, size_pick);
+        let top_is_hit = across.abs().le(size);
+        // Past the edge of the thread on top the one below may show: as a part of the segment that
+        // begins at the next crossing along the axis on which that thread is crossed.
+        let step = u.of(1.0).copysign(across);
+        let thread = end.or(top_is_end, pick);
+        let next = self.shifted(top_is_end, thread, step);
+        let stride = u.of(1.0).or(top_is_end, u.of(self.ends().into()));
+        let next_index = index + (next - thread) * stride;
+        let next_bits = self.bits(next_index);
+        let is_between = !top_is_hit & !(pick_is_top(bits) ^ pick_is_top(next_bits));
+        let aside = u.or(top_is_end, v);
+        let on = Crossings {
+            index: index.or(top_is_hit, next_index),
+            thread: on_top.thread.or(top_is_hit, next),
+            offset: on_top.offset.or(top_is_hit, aside - step),
+            bits: top_is_hit.select(bits, next_bits),
+        };
+        let is_end = !(top_is_end ^ top_is_hit);
+        let mut extents = self.extents(is_end, on, sizes);
+        if is_between.any_true() {
+            let (near, far) = (slit(size), slit(sizes.of(top_is_end, next)));
+            let length = (near + far).max(u.of(f64::MIN_POSITIVE));
+            let start = (-far).or(step.lt(u.of(0.0)), -near + 1.0);
+            let slits = Extents { is_straight: all, length, along: (aside - start) / length };
+            extents = slits.or(is_between, extents);
+        }
+        let strand = Strands {
+            is_end,
+            across: across_end.or(is_end, across_pick),
+            size: size_end.or(is_end, size_pick),
+        };
+        self.pieces(is_back, position, strand, extents, end_is_hit | pick_is_hit)
+    }
+
+    /// How far the threads reach that are on top at the crossings `on`; ends where `is_end` holds.
+    #[inline(always)]
+    fn extents<S: Simd, T: LaneSizes>(
+        &self,
+        is_end: mask32x16<S>,
+        on: Crossings<S>,
+        sizes: &T,
+    ) -> Extents<S> {
+        let Crossings { index, thread, offset, bits } = on;
+        // An end runs along axis 1, whose bytes are the upper ones.
+        let runs = is_end.select(bits >> 16, bits);
+        let (mut before, mut after) = (runs >> 1 & 0x7f, runs >> 9 & 0x7f);
+        let is_endless = before.simd_eq(u32::from(ENDLESS));
+        let is_far = before.simd_eq(u32::from(FAR)) | after.simd_eq(u32::from(FAR));
+        if is_far.any_true() {
+            (before, after) = self.long_runs(is_end, index, [before, after]);
+        }
+        // On an endless thread there is nothing beyond.
+        let none = u32x16::splat(bits.token(), 0);
+        let before = Wide::from_u32(is_endless.select(none, before));
+        let after = Wide::from_u32(is_endless.select(none, after));
+        let (mut start, mut end) = (offset.of(0.0), offset.of(0.0));
+        if !T::ARE_TOUCHING {
+            let start_thread = self.shifted(!is_end, thread, -before - 1.0);
+            let end_thread = self.shifted(!is_end, thread, after + 1.0);
+            (start, end) =
+                (slit(sizes.of(!is_end, start_thread)), slit(sizes.of(!is_end, end_thread)));
+        }
+        let length = before + after + 1.0 + start + end;
+        let count = self.counts(!is_end, offset);
+        let length = count.or(is_endless, length);
+        let from_start = (thread + offset).or(is_endless, before + offset + start);
+        Extents { is_straight: is_endless, length, along: from_start / length }
+    }
+
+    /// [`Weave::run`] where it is far.
+    #[cold]
+    fn long_runs<S: Simd>(
+        &self,
+        is_end: mask32x16<S>,
+        index: Wide<S>,
+        runs: [u32x16<S>; 2],
+    ) -> (u32x16<S>, u32x16<S>) {
+        let index: [u32; LANES] = index.to_u32().into();
+        let [mut before, mut after] = runs;
+        for (lane, index) in index.into_iter().enumerate() {
+            let axis = usize::from(is_end.test(lane));
+            if let Some([to_start, to_end]) = self.run(index as usize, axis) {
+                (before[lane], after[lane]) = (to_start, to_end);
+            }
+        }
+        (before, after)
+    }
+
+    /// The pieces that the positions hit.
+    #[inline(always)]
+    fn pieces<S: Simd>(
+        &self,
+        is_back: mask32x16<S>,
+        position: &Positions<S>,
+        strand: Strands<S>,
+        extents: Extents<S>,
+        is_hit: mask32x16<S>,
+    ) -> Segments<S> {
+        let Strands { is_end, across, size } = strand;
+        let Extents { is_straight, length, along } = extents;
+        let x = across / size;
+        let y = (along * 2.0 - 1.0).max(along.of(-1.0)).min(along.of(1.0));
+        let [end, pick] = position.thread;
+        Segments {
+            is_hit,
+            is_warp: is_end,
+            is_straight,
+            thread: end.or(is_end, pick).to_u32(),
+            x: (-x).or(is_back | !is_end, x),
+            y: (-y).or(is_back & !is_end, y),
+            length,
+            width: size,
+        }
+    }
+
+    /// The thread `steps` after `thread`, within one period of it, among ends where `is_end` holds.
+    #[inline(always)]
+    fn shifted<S: Simd>(&self, is_end: mask32x16<S>, thread: Wide<S>, steps: Wide<S>) -> Wide<S> {
+        let count = self.counts(is_end, thread);
+        let shifted = thread + steps;
+        let shifted = (shifted + count).or(shifted.lt(thread.of(0.0)), shifted);
+        (shifted - count).or(count.le(shifted), shifted)
+    }
+
+    /// How many ends there are where `are_ends` holds, and how many picks where not.
+    #[inline(always)]
+    fn counts<S: Simd>(&self, are_ends: mask32x16<S>, like: Wide<S>) -> Wide<S> {
+        let [ends, picks] = self.periods.map(|period| f64::from(period.count()));
+        like.of(ends).or(are_ends, like.of(picks))
+    }
+
+    /// The bytes of the crossings at `index`, the first as the lowest.
+    #[inline(always)]
+    fn bits<S: Simd>(&self, index: Wide<S>) -> u32x16<S> {
+        let index = index.to_u32();
+        let at: [u32; LANES] = index.into();
+        u32x16::from_fn(index.token(), |lane| {
+            let [[a, b], [c, d]] = self.crossings[at[lane] as usize].runs;
+            u32::from_le_bytes([a, b, c, d])
+        })
+    }
+}
+
+impl<S: Simd> Extents<S> {
+    /// These where `mask` holds, else `other`.
+    #[inline(always)]
+    fn or(self, mask: mask32x16<S>, other: Self) -> Self {
+        Self {
+            is_straight: mask.select(self.is_straight, other.is_straight),
+            length: self.length.or(mask, other.length),
+            along: self.along.or(mask, other.along),
+        }
+    }
+}
+
+/// Whether the pick is on top of crossings with these `bits`.
+#[inline(always)]
+fn pick_is_top<S: Simd>(bits: u32x16<S>) -> mask32x16<S> {
+    (bits & 1).simd_eq(1)
+}
+
+/// The space that a thread in the middle of its cell leaves on either side.
+#[inline(always)]
+fn slit<S: Simd>(size: Wide<S>) -> Wide<S> {
+    (-size + 1.0) * 0.5
+}
+
+/// The largest integers up to `x`, and the rests in [0, 1).
+#[inline(always)]
+fn split<S: Simd>(x: Wide<S>) -> (Wide<S>, Wide<S>) {
+    let rounded = (x + ROUND_F64) - ROUND_F64;
+    let rest = x - rounded;
+    // 1 where the rest has the sign of a number below 0, which −0 has as well.
+    let is_above = (-x.of(0.5).copysign(rest)) + 0.5;
+    let most = x.of(1.0 - 0.5 * f64::EPSILON);
+    (rounded - is_above, (rest + is_above).min(most))
+}
