@@ -10,7 +10,7 @@ use selvedge_normalize::halton::Halton;
 use selvedge_normalize::warp::square_to_cosine_hemisphere;
 use selvedge_yarn_brdf::glam::{DVec2, Vec3};
 use selvedge_yarn_brdf::{
-    Batch, Cloth, Highlight, Instructions, Lobes, Noise, Shader, Thread, Weave, Yarn,
+    Batch, Cloth, Highlight, Instructions, Noise, Shader, Thread, Weave, Yarn,
 };
 
 #[path = "support/count.rs"]
@@ -55,8 +55,8 @@ struct Data {
     wo: [Vec<f32>; 3],
     out: [Vec<f32>; 3],
     /// Groups of four that lie close together.
-    places: Vec<DVec2>,
-    results: [(Lobes, f32); 4],
+    lobes: [Vec<f32>; 3],
+    pdf: Vec<f32>,
 }
 
 impl Data {
@@ -67,18 +67,14 @@ impl Data {
             wi: empty(),
             wo: empty(),
             out: empty().map(|_: Vec<f32>| vec![0.0; POINTS]),
-            places: Vec::new(),
-            results: [(Lobes::default(), 0.0); 4],
+            lobes: empty().map(|_: Vec<f32>| vec![0.0; POINTS]),
+            pdf: vec![0.0; POINTS],
         };
         for [a, b, c, d, e, f] in
             Halton::<6>::new().points_from(std::num::NonZeroU32::MIN).take(POINTS)
         {
             let direction = |x, y| square_to_cosine_hemisphere(DVec2::new(x, y)).as_vec3();
             let (wi, wo) = (direction(c, d), direction(e, f));
-            let group = data.places.len() / 4;
-            let first = data.places.get(4 * group).copied();
-            let uv = DVec2::new(a, b);
-            data.places.push(first.map_or(0.03 * uv, |first| first + 3e-4 * uv));
             data.uv[0].push(0.03 * a);
             data.uv[1].push(0.03 * b);
             for axis in 0..3 {
@@ -104,20 +100,19 @@ const CALLS: [(&str, Call); 4] = [
         let batch = Batch { uv: [u, v], wi: [a, b, c], wo: [d, e, f], active: None };
         shader.pdf_batch(black_box(&batch), &mut out[0]).expect("equal lengths");
     }),
-    ("four places", |shader, data| {
-        for (k, places) in data.places.chunks_exact(4).enumerate() {
-            let [wi, wo] =
-                [&data.wi, &data.wo].map(|w| Vec3::from_array([0, 1, 2].map(|c| w[c][k])));
-            shader.eval_pdf_batch(black_box(places), wi, wo, &mut data.results);
-        }
+    ("lobes and pdf", |shader, data| {
+        let Data { uv: [u, v], wi: [a, b, c], wo: [d, e, f], out, lobes, pdf } = data;
+        let batch = Batch { uv: [u, v], wi: [a, b, c], wo: [d, e, f], active: None };
+        let [out, lobes] = [out, lobes].map(|part| part.each_mut().map(Vec::as_mut_slice));
+        shader.eval_lobes_pdf_batch(black_box(&batch), out, lobes, pdf).expect("equal lengths");
     }),
-    ("four places one by one", |shader, data| {
-        for (k, places) in data.places.chunks_exact(4).enumerate() {
+    ("lobes and pdf one by one", |shader, data| {
+        for k in 0..POINTS {
             let [wi, wo] =
                 [&data.wi, &data.wo].map(|w| Vec3::from_array([0, 1, 2].map(|c| w[c][k])));
-            for (&uv, result) in black_box(places).iter().zip(&mut data.results) {
-                *result = (shader.eval_lobes(uv, wi, wo), shader.pdf(uv, wi, wo));
-            }
+            let uv = black_box(DVec2::new(data.uv[0][k], data.uv[1][k]));
+            black_box(shader.eval_lobes(uv, wi, wo));
+            data.pdf[k] = shader.pdf(uv, wi, wo);
         }
     }),
 ];

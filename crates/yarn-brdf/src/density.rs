@@ -17,7 +17,7 @@ use crate::shader::{Shader, left};
 use crate::{filament, staple};
 
 /// Least share of samples for a lobe that reflects anything.
-const LEAST_SHARE: f64 = 0.1;
+pub(crate) const LEAST_SHARE: f64 = 0.1;
 
 /// What the density for all directions of a place and a direction to the viewer rests on.
 #[derive(Clone, Copy, Debug)]

@@ -394,3 +394,38 @@ impl<S: Simd> Neg for Wide<S> {
         Self([-a, -b])
     }
 }
+
+/// The value of `$op`, which is compiled for each set of instructions that is worth it and run with those
+/// of `$level`. Those between SSE2 and AVX2 have nothing that the kernel would gain by.
+macro_rules! dispatch {
+    ($level:expr, $simd:ident => $op:expr) => {{
+        let level: fearless_simd::Level = $level;
+        #[cfg(target_arch = "x86_64")]
+        {
+            use fearless_simd::Simd as _;
+            if let Some($simd) = level.as_avx512() {
+                $simd.vectorize(
+                    #[inline(always)]
+                    || $op,
+                )
+            } else if let Some($simd) = level.as_avx2() {
+                $simd.vectorize(
+                    #[inline(always)]
+                    || $op,
+                )
+            } else {
+                let $simd = level.as_sse2().expect("every x86-64 processor has SSE2");
+                $simd.vectorize(
+                    #[inline(always)]
+                    || $op,
+                )
+            }
+        }
+        #[cfg(not(target_arch = "x86_64"))]
+        {
+            fearless_simd::dispatch!(level, $simd => $op)
+        }
+    }};
+}
+
+pub(crate) use dispatch;

@@ -51,6 +51,11 @@ impl Line {
         intensity(R::from_f64((self.hash(Use::Intensity, grain) >> 40) as f64))
     }
 
+    /// The mean of [`Line::intensity`], 1 − e⁻¹⁰.
+    pub(crate) fn mean_intensity() -> f64 {
+        -(-MAX_INTENSITY).exp_m1()
+    }
+
     /// Gradient noise at `cell + fraction`, 0 at every whole number: continuous with its first
     /// derivative, in [−1, 1] (Perlin 2002).
     pub(crate) fn gradient(self, usage: Use, cell: i64, fraction: f64) -> f64 {

@@ -195,14 +195,7 @@ impl Shader {
 
     /// The yarn that textures and noise make of a segment.
     pub(crate) fn yarn_of(&self, kind: &Kind, segment: &Segment, u_max_limit: f64) -> Yarn {
-        let middle = self.middle(segment);
-        let mut yarn = kind.yarn.clone();
-        for (target, texture) in &kind.textures {
-            let Target::Parameter(name) = *target else { continue };
-            let Some(parameter) = Yarn::parameter(name) else { continue };
-            let value = f64::from(texture.value(middle, 0.0)[0]);
-            parameter.set(&mut yarn, value.clamp(parameter.low, parameter.high));
-        }
+        let mut yarn = self.textured_yarn(kind, self.middle(segment), 0.0);
         let amplitude = yarn.noise.u_max;
         if amplitude > 0.0 {
             let line = Line { seed: self.seed, is_warp: segment.is_warp, index: segment.line };
@@ -211,6 +204,18 @@ impl Shader {
         }
         // Never steeper than the piece that is shaded allows.
         yarn.u_max = yarn.u_max.min(u_max_limit);
+        yarn
+    }
+
+    /// The yarn that textures make of a type where it is seen at `uv` over about `footprint`, both in m.
+    pub(crate) fn textured_yarn(&self, kind: &Kind, uv: DVec2, footprint: f64) -> Yarn {
+        let mut yarn = kind.yarn.clone();
+        for (target, texture) in &kind.textures {
+            let Target::Parameter(name) = *target else { continue };
+            let Some(parameter) = Yarn::parameter(name) else { continue };
+            let value = f64::from(texture.value(uv, footprint)[0]);
+            parameter.set(&mut yarn, value.clamp(parameter.low, parameter.high));
+        }
         yarn
     }
 

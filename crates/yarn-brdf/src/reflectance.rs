@@ -153,7 +153,7 @@ impl Reflectance {
     }
 
     /// The greatest albedos of segments with w/l = 0 and of those with the greatest.
-    fn greatest(&self) -> [f64; 2] {
+    pub(crate) fn greatest(&self) -> [f64; 2] {
         let ends = self.table.iter().map(|&[base, slope]| {
             let (base, slope) = (f64::from(base), f64::from(slope));
             [base, base - slope * self.ratio_max]

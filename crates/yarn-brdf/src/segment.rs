@@ -75,7 +75,7 @@ pub(crate) enum Spread<R> {
 pub(crate) struct Optics<R> {
     pub(crate) mapping: Mapping,
     /// u_max, rad.
-    u_max: R,
+    pub(crate) u_max: R,
     pub(crate) sin_u_max: R,
     inv_sin_u_max: R,
     /// u_max / sin u_max, 1 in the limit of a straight yarn.
@@ -85,9 +85,9 @@ pub(crate) struct Optics<R> {
     /// The inclination at the ends of the conic, whose outer parts are straight: its sine, and one
     /// over that.
     pub(crate) sin_conic: R,
-    inv_sin_conic: R,
+    pub(crate) inv_sin_conic: R,
     /// (c, √(1 + c)) of a spine that is not a circle.
-    conic: Option<(R, R)>,
+    pub(crate) conic: Option<(R, R)>,
     pub(crate) spread: Spread<R>,
     pub(crate) phase: PhaseConstants<R>,
 }

@@ -7,6 +7,7 @@ use glam::{DVec2, DVec3, Vec3};
 use selvedge_normalize::scale::{Mode, Normalization};
 
 use crate::cloth::{Cloth, ClothError, Combination};
+use crate::far::Far;
 use crate::frame::{Vector, from_yarn, to_yarn};
 use crate::lanes::Wide;
 use crate::material::{Lowered, Material, Materials, Piece};
@@ -36,6 +37,7 @@ pub struct Shader {
     pub(crate) mapping: Mapping,
     pub(crate) seed: u64,
     pub(crate) materials: Materials,
+    pub(crate) far: Far,
     /// The instructions for batches.
     pub(crate) level: Level,
 }
@@ -140,7 +142,7 @@ impl Shader {
         let straight_shows = cloth.weave.has_uncovered() || threads.have_gaps();
         let shapes = threads.shapes(cloth);
         let (sin, cos) = cloth.rotation.sin_cos();
-        Ok(Self {
+        let mut shader = Self {
             frame: ClothFrame {
                 cells_per_m: cloth.pitch.recip() * cloth.scale,
                 turn: (cloth.rotation != 0.0).then_some((sin, cos)),
@@ -155,8 +157,11 @@ impl Shader {
             materials: Materials::new(cloth, &shapes, straight_shows)?,
             weave: cloth.weave.clone(),
             threads,
+            far: Far::default(),
             level: Level::new(),
-        })
+        };
+        shader.far = Far::new(&shader);
+        Ok(shader)
     }
 
     /// The BRDF at `uv` (m), in sr⁻¹, without the cosine, linear RGB: finite and ≥ 0 (Nelson, McEvoy
@@ -219,7 +224,11 @@ impl Shader {
     /// The memory that the cloth takes, in bytes: 4 for each crossing, 2 for each thread, and some 20 kB
     /// for each type of yarn, more where its pieces differ in shape.
     pub fn bytes(&self) -> usize {
-        size_of::<Self>() + self.weave.bytes() + self.threads.bytes() + self.materials.bytes()
+        size_of::<Self>()
+            + self.weave.bytes()
+            + self.threads.bytes()
+            + self.materials.bytes()
+            + self.far.bytes()
     }
 
     /// Whether something may show between the yarns: if not, no [`Shader::opacity`] is that of a gap.

@@ -89,10 +89,22 @@ impl Threads {
         self.yarn_of(segment.is_warp, segment.thread)
     }
 
+    /// The type of yarn of a thread of the repeat.
     #[inline(always)]
-    fn yarn_of(&self, is_warp: bool, thread: u32) -> u16 {
+    pub(crate) fn yarn_of(&self, is_warp: bool, thread: u32) -> u16 {
         let first = if is_warp { 0 } else { self.ends };
         self.yarns[(first + thread) as usize]
+    }
+
+    /// The mean size of each of so many types of yarn.
+    pub(crate) fn mean_sizes(&self, types: usize) -> Vec<f64> {
+        match &self.fill {
+            Fill::Touching => vec![1.0; types],
+            Fill::Constant(sizes) => sizes.clone(),
+            Fill::Varying { seed, types } => {
+                types.iter().map(|varying| varying.mean_size(*seed)).collect()
+            }
+        }
     }
 
     /// The greatest w/l, in metres, of the bent segments of each type of yarn, at most.
@@ -190,6 +202,35 @@ impl Varying {
         let noise = &self.noise;
         let slub = if self.chance > 0.0 { noise.slub_height } else { 0.0 };
         (self.size * (1.0 + noise.width) * (1.0 + slub)).min(1.0)
+    }
+
+    /// The mean diameter over pitch, to about 10⁻³ of it.
+    fn mean_size(&self, seed: u64) -> f64 {
+        let noise = &self.noise;
+        if noise.width == 0.0 && (self.chance == 0.0 || noise.slub_height == 0.0) {
+            return self.size;
+        }
+        const LINES: i64 = 128;
+        const POINTS: i64 = 256;
+        let size = |index: i64| {
+            let line = Line { seed, is_warp: true, index: index % LINES };
+            // In steps of half a wave or more, so that there are as many numbers as points.
+            let waves = self.waves_per_cell[1].min(self.slubs_per_cell[1]);
+            let position = (index / LINES) as f64 * (0.5 + GOLDEN) / waves;
+            let whole = position.floor();
+            self.at(
+                line,
+                ThreadPoint {
+                    is_warp: true,
+                    thread: 0,
+                    line: line.index,
+                    cell: whole as i64,
+                    fraction: position - whole,
+                },
+            )
+            .size
+        };
+        (0..LINES * POINTS).map(size).sum::<f64>() / (LINES * POINTS) as f64
     }
 
     /// Diameter and shift of the thread `line` at `point`.

@@ -2,8 +2,8 @@
 
 use selvedge_yarn_brdf::glam::{DVec2, Vec3};
 use selvedge_yarn_brdf::{
-    Batch, Cloth, Combination, Diffuse, Draws, Highlight, Instructions, Lobes, Mapping, Mode,
-    Noise, Phase, PhaseTable, Sample, Samples, Shader, Thread, Weave, Yarn, YarnPoints,
+    Batch, Cloth, Combination, Diffuse, Draws, Highlight, Instructions, Mapping, Mode, Noise,
+    Phase, PhaseTable, Sample, Samples, Shader, Thread, Weave, Yarn, YarnPoints,
 };
 
 mod support;
@@ -194,24 +194,32 @@ fn batches_have_the_bits_of_single_points_with_any_instructions() {
 }
 
 #[test]
-fn places_that_share_their_directions_are_as_single_points() {
+fn lobes_with_densities_and_opacities_are_those_of_single_points() {
     let mut random = Random(2);
     for (name, mut shader) in shaders() {
+        let points = points(&mut random, 600);
         for instructions in Instructions::available() {
             assert!(shader.use_instructions(instructions));
-            for count in [0, 1, 4, 16, 17, 40] {
-                let points = points(&mut random, 41);
-                let uv: Vec<DVec2> = points.iter().map(|point| point.uv).collect();
-                let Point { wi, wo, .. } = points[40];
-                let mut results = vec![(Lobes::default(), f32::NAN); 40];
-                shader.eval_pdf_batch(&uv[..count], wi, wo, &mut results);
-                for (k, &(lobes, pdf)) in results.iter().enumerate() {
-                    if k >= count {
-                        assert!(pdf.is_nan(), "{name}: {k} of {count}");
-                        continue;
-                    }
-                    let expected = (shader.eval_lobes(uv[k], wi, wo), shader.pdf(uv[k], wi, wo));
-                    assert_eq!((lobes, pdf), expected, "{name} with {instructions:?} at {}", uv[k]);
+            for count in [0, 1, 4, 16, 17, 40, 600] {
+                let points = &points[..count];
+                let columns = Columns::of(points);
+                let new = || [(); 3].map(|()| vec![f32::NAN; count]);
+                let (mut specular, mut diffuse) = (new(), new());
+                let (mut pdf, mut opacity) = (vec![f32::NAN; count], vec![f32::NAN; count]);
+                let batch = columns.batch(None);
+                let [specular_out, diffuse_out] =
+                    [&mut specular, &mut diffuse].map(|c| c.each_mut().map(Vec::as_mut_slice));
+                shader
+                    .eval_lobes_pdf_batch(&batch, specular_out, diffuse_out, &mut pdf)
+                    .expect("equal lengths");
+                shader.opacity_batch(batch.uv, &mut opacity).expect("equal lengths");
+                for (k, &Point { uv, wi, wo, .. }) in points.iter().enumerate() {
+                    let lobes = shader.eval_lobes(uv, wi, wo);
+                    let of = |color: Vec3| color.to_array().map(f32::to_bits);
+                    let found = (bits(&specular, k), bits(&diffuse, k), pdf[k], opacity[k]);
+                    let pdf = shader.pdf(uv, wi, wo);
+                    let expected = (of(lobes.specular), of(lobes.diffuse), pdf, shader.opacity(uv));
+                    assert_eq!(found, expected, "{name} with {instructions:?} at {uv}");
                 }
             }
         }

@@ -14,28 +14,28 @@ use crate::shader::{Shader, White};
 /// Points in a chunk: with what is kept of them, they fit in half of a first cache of 32 kB.
 pub(super) const CHUNK: usize = 256;
 
-/// What is kept of the points of a chunk, `N` at most, a multiple of [`LANES`].
-pub(super) struct Chunk<const N: usize> {
+/// What is kept of the points of a chunk.
+pub(super) struct Chunk {
     /// x and y in [−1, 1], and w/l.
-    pub(super) at: [[f32; N]; 3],
+    pub(super) at: [[f32; CHUNK]; 3],
     /// In the yarn frame.
-    pub(super) wi: [[f32; N]; 3],
-    pub(super) wo: [[f32; N]; 3],
+    pub(super) wi: [[f32; CHUNK]; 3],
+    pub(super) wo: [[f32; CHUNK]; 3],
     /// The key of the piece of yarn, or [`NOTHING`].
-    pub(super) piece: [u32; N],
+    pub(super) piece: [u32; CHUNK],
     /// The index of the type of yarn.
-    pub(super) yarn: [u32; N],
+    pub(super) yarn: [u32; CHUNK],
     /// Points that are left to [`Shader::eval_lobes`].
-    pub(super) is_apart: [bool; N],
+    pub(super) is_apart: [bool; CHUNK],
     /// The factor of the highlight's grains; 1 where there are none.
-    pub(super) intensity: [f32; N],
+    pub(super) intensity: [f32; CHUNK],
     /// f of the peak, of the uniform part and of the diffuse, if the yarn were white.
-    white: [[f32; N]; 3],
-    density: [f32; N],
+    white: [[f32; CHUNK]; 3],
+    density: [f32; CHUNK],
     /// What is wanted.
-    pub(super) specular: [[f32; N]; 3],
-    pub(super) diffuse: [[f32; N]; 3],
-    pub(super) pdf: [f32; N],
+    pub(super) specular: [[f32; CHUNK]; 3],
+    pub(super) diffuse: [[f32; CHUNK]; 3],
+    pub(super) pdf: [f32; CHUNK],
 }
 
 /// What is wanted of points.
@@ -49,21 +49,21 @@ pub(super) enum Wanted {
 /// The key of points that reflect nothing.
 pub(super) const NOTHING: u32 = u32::MAX;
 
-impl<const N: usize> Chunk<N> {
+impl Chunk {
     pub(super) fn new() -> Self {
         Self {
-            at: [[0.0; N]; 3],
-            wi: [[0.0; N]; 3],
-            wo: [[0.0; N]; 3],
-            piece: [NOTHING; N],
-            yarn: [0; N],
-            is_apart: [false; N],
-            intensity: [1.0; N],
-            white: [[0.0; N]; 3],
-            density: [0.0; N],
-            specular: [[0.0; N]; 3],
-            diffuse: [[0.0; N]; 3],
-            pdf: [0.0; N],
+            at: [[0.0; CHUNK]; 3],
+            wi: [[0.0; CHUNK]; 3],
+            wo: [[0.0; CHUNK]; 3],
+            piece: [NOTHING; CHUNK],
+            yarn: [0; CHUNK],
+            is_apart: [false; CHUNK],
+            intensity: [1.0; CHUNK],
+            white: [[0.0; CHUNK]; 3],
+            density: [0.0; CHUNK],
+            specular: [[0.0; CHUNK]; 3],
+            diffuse: [[0.0; CHUNK]; 3],
+            pdf: [0.0; CHUNK],
         }
     }
 }
@@ -80,28 +80,24 @@ enum Lanes {
 impl Lanes {
     /// Their numbers in one part of a chunk.
     #[inline(always)]
-    fn of<S: Simd, const N: usize>(&self, simd: S, part: &[f32; N]) -> f32x16<S> {
+    fn of<S: Simd>(&self, simd: S, part: &[f32; CHUNK]) -> f32x16<S> {
         match self {
             Self::From(first) => load(simd, part, *first),
-            Self::Of(lanes) => f32x16::from_fn(simd, |i| part[usize::from(lanes[i]) % N]),
+            Self::Of(lanes) => f32x16::from_fn(simd, |i| part[usize::from(lanes[i]) % CHUNK]),
         }
     }
 
     #[inline(always)]
-    fn vector<S: Simd, const N: usize>(
-        &self,
-        simd: S,
-        [x, y, z]: &[[f32; N]; 3],
-    ) -> Vector<f32x16<S>> {
+    fn vector<S: Simd>(&self, simd: S, [x, y, z]: &[[f32; CHUNK]; 3]) -> Vector<f32x16<S>> {
         Vector::new(self.of(simd, x), self.of(simd, y), self.of(simd, z))
     }
 
     /// Their types of yarn.
     #[inline(always)]
-    fn yarns<const N: usize>(&self, yarns: &[u32; N]) -> [u32; LANES] {
+    fn yarns(&self, yarns: &[u32; CHUNK]) -> [u32; LANES] {
         match self {
-            Self::From(first) => core::array::from_fn(|i| yarns[(first + i) % N]),
-            Self::Of(lanes) => core::array::from_fn(|i| yarns[usize::from(lanes[i]) % N]),
+            Self::From(first) => core::array::from_fn(|i| yarns[(first + i) % CHUNK]),
+            Self::Of(lanes) => core::array::from_fn(|i| yarns[usize::from(lanes[i]) % CHUNK]),
         }
     }
 }
@@ -113,20 +109,25 @@ fn load<S: Simd>(simd: S, values: &[f32], first: usize) -> f32x16<S> {
 }
 
 impl Shader {
+    /// Sets the places of `points`.
+    #[inline(always)]
+    pub(super) fn find_all<S: Simd>(&self, simd: S, points: &Batch<'_>, chunk: &mut Chunk) {
+        for first in (0..points.len()).step_by(LANES) {
+            self.find(simd, points, first, chunk);
+        }
+    }
+
     /// Sets what is `wanted` of `points`, but of those that are apart.
     #[inline(always)]
-    pub(super) fn shade_lanes<S: Simd, const N: usize>(
+    pub(super) fn shade_lanes<S: Simd>(
         &self,
         simd: S,
         points: &Batch<'_>,
         wanted: Wanted,
-        chunk: &mut Chunk<N>,
+        chunk: &mut Chunk,
     ) {
-        let blocks = points.len().div_ceil(LANES);
-        for block in 0..blocks {
-            self.find(simd, points, LANES * block, chunk);
-        }
-        self.shade_white(simd, blocks, wanted, chunk);
+        self.find_all(simd, points, chunk);
+        self.shade_white(simd, points.len().div_ceil(LANES), wanted, chunk);
         for first in (0..points.len()).step_by(LANES) {
             self.color(simd, first, wanted, chunk);
         }
@@ -134,15 +135,9 @@ impl Shader {
 
     /// Finds what is `wanted` of points whose places are known, as if they were white.
     #[inline(always)]
-    fn shade_white<S: Simd, const N: usize>(
-        &self,
-        simd: S,
-        blocks: usize,
-        wanted: Wanted,
-        chunk: &mut Chunk<N>,
-    ) {
-        let mut order = [0_u8; N];
-        let mut is_done = [0_u16; N];
+    fn shade_white<S: Simd>(&self, simd: S, blocks: usize, wanted: Wanted, chunk: &mut Chunk) {
+        let mut order = [0_u8; CHUNK];
+        let mut is_done = [0_u16; CHUNK];
         for start in 0..blocks {
             // The first point that is still to be shaded tells the next piece.
             loop {
@@ -180,7 +175,7 @@ impl Shader {
                     let found = self.found_on(simd, piece, wanted, chunk, Lanes::Of(lanes));
                     let ([peak, uniform, diffuse], density) = found;
                     for (k, &lane) in some.iter().enumerate() {
-                        let lane = usize::from(lane) % N;
+                        let lane = usize::from(lane) % CHUNK;
                         chunk.white[0][lane] = peak[k];
                         chunk.white[1][lane] = uniform[k];
                         chunk.white[2][lane] = diffuse[k];
@@ -192,41 +187,43 @@ impl Shader {
     }
 
     /// What points on one `piece` reflect if they are white, and the density of their directions.
-    #[inline(always)]
-    fn found_on<S: Simd, const N: usize>(
+    ///
+    /// Not inlined: it is most of the code of a batch, for each set of instructions.
+    fn found_on<S: Simd>(
         &self,
         simd: S,
         piece: &Piece<f32>,
         wanted: Wanted,
-        chunk: &Chunk<N>,
+        chunk: &Chunk,
         lanes: Lanes,
     ) -> ([f32x16<S>; 3], f32x16<S>) {
-        let (wi, wo) = (lanes.vector(simd, &chunk.wi), lanes.vector(simd, &chunk.wo));
-        let Vector { x, y, z: ratio } = lanes.vector(simd, &chunk.at);
-        let at = [x, y, ratio];
-        let zero = x.zero();
-        let (mut white, mut pdf) = (White { highlight: Parts::none(x), diffuse: zero }, zero);
-        if wanted != Wanted::Density {
-            white = self.white(piece, at, wi, wo);
-        }
-        if wanted != Wanted::Lobes {
-            let bright = self.materials.side_by_side.look(simd, &lanes.yarns(&chunk.yarn)).bright();
-            let drawing = self.drawing(piece, at, wo, bright);
-            pdf = density(piece, at, &drawing, wi, wo);
-        }
-        let White { highlight: Parts { peak, uniform }, diffuse } = white;
-        ([peak, uniform, diffuse], pdf)
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let (wi, wo) = (lanes.vector(simd, &chunk.wi), lanes.vector(simd, &chunk.wo));
+                let Vector { x, y, z: ratio } = lanes.vector(simd, &chunk.at);
+                let at = [x, y, ratio];
+                let zero = x.zero();
+                let (mut white, mut pdf) =
+                    (White { highlight: Parts::none(x), diffuse: zero }, zero);
+                if wanted != Wanted::Density {
+                    white = self.white(piece, at, wi, wo);
+                }
+                if wanted != Wanted::Lobes {
+                    let bright =
+                        self.materials.side_by_side.look(simd, &lanes.yarns(&chunk.yarn)).bright();
+                    let drawing = self.drawing(piece, at, wo, bright);
+                    pdf = density(piece, at, &drawing, wi, wo);
+                }
+                let White { highlight: Parts { peak, uniform }, diffuse } = white;
+                ([peak, uniform, diffuse], pdf)
+            },
+        )
     }
 
     /// Sets the colours of the block of points from `first` on, and their densities.
     #[inline(always)]
-    fn color<S: Simd, const N: usize>(
-        &self,
-        simd: S,
-        first: usize,
-        wanted: Wanted,
-        chunk: &mut Chunk<N>,
-    ) {
+    fn color<S: Simd>(&self, simd: S, first: usize, wanted: Wanted, chunk: &mut Chunk) {
         let lanes = first..first + LANES;
         let is_seen = !u32x16::from_slice(simd, &chunk.piece[lanes.clone()]).simd_eq(NOTHING);
         let zero = <f32x16<S> as SimdBase<S>>::splat(simd, 0.0);

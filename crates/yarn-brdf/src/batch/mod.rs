@@ -12,12 +12,12 @@ mod places;
 
 use core::ops::Range;
 
-use fearless_simd::{Level, Simd, dispatch};
+use fearless_simd::{Level, Simd};
 use glam::{DVec2, Vec3};
 
-use crate::lanes::LANES;
+use crate::lanes::dispatch;
 use crate::shader::{Lobes, Shader};
-use chunk::{CHUNK, Chunk, Wanted};
+use chunk::{CHUNK, Chunk, NOTHING, Wanted};
 
 /// Points to be shaded, component by component: all slices are equally long.
 #[derive(Clone, Copy, Debug)]
@@ -50,8 +50,6 @@ pub struct BatchError {
 pub enum Instructions {
     /// Of every x86-64 processor.
     Sse2,
-    /// x86-64-v2.
-    Sse4,
     /// x86-64-v3.
     Avx2,
     /// AVX-512 as of Ice Lake and Zen 4.
@@ -65,11 +63,10 @@ pub enum Instructions {
 impl Instructions {
     /// Those that this processor has, the best one last.
     pub fn available() -> Vec<Self> {
-        const ALL: [Instructions; 6] = [
+        const ALL: [Instructions; 5] = [
             Instructions::Plain,
             Instructions::Neon,
             Instructions::Sse2,
-            Instructions::Sse4,
             Instructions::Avx2,
             Instructions::Avx512,
         ];
@@ -82,8 +79,6 @@ impl Instructions {
         match self {
             #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
             Self::Sse2 => best.as_sse2().map(Simd::level),
-            #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
-            Self::Sse4 => best.as_sse4_2().map(Simd::level),
             #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
             Self::Avx2 => best.as_avx2().map(Simd::level),
             #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
@@ -201,37 +196,60 @@ impl Shader {
         Ok(())
     }
 
-    /// [`Shader::eval_lobes`] and [`Shader::pdf`] of places at `uv` (m) that share their directions, such
-    /// as those of one pixel's footprint: as many as there are both places and results.
-    pub fn eval_pdf_batch(&self, uv: &[DVec2], wi: Vec3, wo: Vec3, results: &mut [(Lobes, f32)]) {
-        if uv.len().min(results.len()) < self.fewest() {
-            for (&uv, (lobes, pdf)) in uv.iter().zip(results) {
-                (*lobes, *pdf) = (self.eval_lobes(uv, wi, wo), self.pdf(uv, wi, wo));
+    /// [`Shader::eval_lobes_batch`] and [`Shader::pdf_batch`] in one pass: all that a path tracer asks of a
+    /// direction towards a light.
+    ///
+    /// # Errors
+    ///
+    /// Slices of different lengths.
+    pub fn eval_lobes_pdf_batch(
+        &self,
+        points: &Batch<'_>,
+        mut specular: Colors<'_>,
+        mut diffuse: Colors<'_>,
+        pdf: &mut [f32],
+    ) -> Result<(), BatchError> {
+        points.check(&[("specular", lengths(&specular)), ("diffuse", lengths(&diffuse))])?;
+        points.check(&[("pdf", [pdf.len()])])?;
+        self.for_each_chunk(points, Wanted::Both, |range, chunk| {
+            for c in 0..3 {
+                specular[c][range.clone()].copy_from_slice(&chunk.specular[c][..range.len()]);
+                diffuse[c][range.clone()].copy_from_slice(&chunk.diffuse[c][..range.len()]);
             }
-            return;
+            pdf[range.clone()].copy_from_slice(&chunk.pdf[..range.len()]);
+        });
+        Ok(())
+    }
+
+    /// [`Shader::opacity`] at each `uv` (m).
+    ///
+    /// # Errors
+    ///
+    /// Slices of different lengths.
+    pub fn opacity_batch(&self, uv: [&[f64]; 2], opacity: &mut [f32]) -> Result<(), BatchError> {
+        let expected = uv[0].len();
+        same_length(expected, [("v", uv[1].len()), ("opacity", opacity.len())].into_iter())?;
+        // The face shows the same places for all directions.
+        let up = [[0.0; CHUNK], [0.0; CHUNK], [1.0; CHUNK]];
+        let mut chunk = Chunk::new();
+        for first in (0..expected).step_by(CHUNK) {
+            let range = first..expected.min(first + CHUNK);
+            let w = up.each_ref().map(|part| &part[..range.len()]);
+            let uv = uv.map(|part| &part[range.clone()]);
+            let points = Batch { uv, wi: w, wo: w, active: None };
+            dispatch!(self.level, simd => self.find_all(simd, &points, &mut chunk));
+            for (k, opacity) in opacity[range].iter_mut().enumerate() {
+                let is_finite = uv[0][k].is_finite() && uv[1][k].is_finite();
+                *opacity = if chunk.is_apart[k] || !is_finite {
+                    self.opacity(DVec2::new(uv[0][k], uv[1][k]))
+                } else if chunk.piece[k] == NOTHING {
+                    0.0
+                } else {
+                    self.materials.single[chunk.yarn[k] as usize].look.opacity
+                };
+            }
         }
-        let wi: [[f32; LANES]; 3] = wi.to_array().map(|c| [c; LANES]);
-        let wo: [[f32; LANES]; 3] = wo.to_array().map(|c| [c; LANES]);
-        let mut chunk = Chunk::<LANES>::new();
-        for (uv, results) in uv.chunks(LANES).zip(results.chunks_mut(LANES)) {
-            let count = uv.len().min(results.len());
-            let [mut u, mut v] = [[0.0; LANES]; 2];
-            for (k, uv) in uv.iter().enumerate() {
-                (u[k], v[k]) = (uv.x, uv.y);
-            }
-            let points = Batch {
-                uv: [&u[..count], &v[..count]],
-                wi: wi.each_ref().map(|c| &c[..count]),
-                wo: wo.each_ref().map(|c| &c[..count]),
-                active: None,
-            };
-            self.shade(&points, Wanted::Both, &mut chunk);
-            for (k, (lobes, pdf)) in results[..count].iter_mut().enumerate() {
-                lobes.specular = Vec3::from_array(chunk.specular.each_ref().map(|c| c[k]));
-                lobes.diffuse = Vec3::from_array(chunk.diffuse.each_ref().map(|c| c[k]));
-                *pdf = chunk.pdf[k];
-            }
-        }
+        Ok(())
     }
 
     /// [`Shader::sample`] of each point.
@@ -246,7 +264,7 @@ impl Shader {
         let Draws { uv, wo, xi, active } = *draws;
         let all = Batch { uv, wi: xi, wo, active };
         all.check(&[("wi", lengths(&wi)), ("weight", lengths(&weight)), ("pdf", [pdf.len(); 3])])?;
-        let mut chunk = Chunk::<CHUNK>::new();
+        let mut chunk = Chunk::new();
         let mut drawn = [[0.0; CHUNK]; 3];
         for first in (0..all.len()).step_by(CHUNK) {
             let part = all.part(first, CHUNK);
@@ -306,7 +324,7 @@ impl Shader {
         Ok(())
     }
 
-    /// How many points it takes for all [`LANES`] to be faster than one point after the other, measured.
+    /// How many points it takes for all lanes to be faster than one point after the other, measured.
     fn fewest(&self) -> usize {
         match self.level {
             #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
@@ -322,7 +340,7 @@ impl Shader {
         &self,
         points: &Batch<'_>,
         wanted: Wanted,
-        mut take: impl FnMut(Range<usize>, &Chunk<CHUNK>),
+        mut take: impl FnMut(Range<usize>, &Chunk),
     ) {
         let mut chunk = Chunk::new();
         for first in (0..points.len()).step_by(CHUNK) {
@@ -333,7 +351,18 @@ impl Shader {
     }
 
     /// Sets what is `wanted` of `points` in `chunk`.
-    fn shade<const N: usize>(&self, points: &Batch<'_>, wanted: Wanted, chunk: &mut Chunk<N>) {
+    fn shade(&self, points: &Batch<'_>, wanted: Wanted, chunk: &mut Chunk) {
+        if points.len() < self.fewest() {
+            let colors = chunk.specular.iter_mut().chain(&mut chunk.diffuse);
+            for part in colors.chain([&mut chunk.pdf]) {
+                part[..points.len()].fill(0.0);
+            }
+            for k in 0..points.len() {
+                chunk.is_apart[k] = points.active.is_none_or(|active| active[k]);
+            }
+            self.shade_apart(points, wanted, chunk);
+            return;
+        }
         dispatch!(self.level, simd => self.shade_lanes(simd, points, wanted, chunk));
         if self.materials.side_by_side.is_irregular {
             self.shade_apart(points, wanted, chunk);
@@ -341,12 +370,7 @@ impl Shader {
     }
 
     /// The same of those points that are not shaded side by side.
-    fn shade_apart<const N: usize>(
-        &self,
-        points: &Batch<'_>,
-        wanted: Wanted,
-        chunk: &mut Chunk<N>,
-    ) {
+    fn shade_apart(&self, points: &Batch<'_>, wanted: Wanted, chunk: &mut Chunk) {
         for k in (0..points.len()).filter(|&k| chunk.is_apart[k]) {
             let [wi, wo] = [points.wi, points.wo].map(|w| Vec3::from_array(w.map(|part| part[k])));
             let uv = DVec2::new(points.uv[0][k], points.uv[1][k]);

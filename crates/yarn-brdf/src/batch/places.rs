@@ -16,12 +16,12 @@ use crate::weave::{Positions, Segments, Side, Touching};
 impl Shader {
     /// Sets the places of the [`LANES`] points from `first` on.
     #[inline(always)]
-    pub(super) fn find<S: Simd, const N: usize>(
+    pub(super) fn find<S: Simd>(
         &self,
         simd: S,
         points: &Batch<'_>,
         first: usize,
-        chunk: &mut Chunk<N>,
+        chunk: &mut Chunk,
     ) {
         let count = LANES.min(points.len() - first);
         let (wi, wo) = (vector(simd, &points.wi, first), vector(simd, &points.wo, first));
@@ -56,7 +56,7 @@ impl Shader {
 
     /// Takes points on yarn that looks different from place to place out of those that are shaded
     /// together.
-    fn set_apart<const N: usize>(&self, first: usize, chunk: &mut Chunk<N>) {
+    fn set_apart(&self, first: usize, chunk: &mut Chunk) {
         for lane in first..first + LANES {
             let yarn = chunk.yarn[lane] as usize;
             chunk.is_apart[lane] = chunk.piece[lane] != NOTHING && {
@@ -82,13 +82,13 @@ impl Shader {
 
     /// What shows at `uv`; sets the pieces and yarns in `chunk`.
     #[inline(always)]
-    fn segments<S: Simd, const N: usize>(
+    fn segments<S: Simd>(
         &self,
         is_lit: mask32x16<S>,
         is_back: mask32x16<S>,
         uv: [Wide<S>; 2],
         first: usize,
-        chunk: &mut Chunk<N>,
+        chunk: &mut Chunk,
     ) -> Found<S> {
         let (position, is_near) = self.weave.positions(self.frame.cells_lanes(uv));
         let segments = match &self.threads.fill {
@@ -108,12 +108,12 @@ impl Shader {
 
     /// Sets the factors of the highlight's grains.
     #[inline(always)]
-    fn set_grains<S: Simd, const N: usize>(
+    fn set_grains<S: Simd>(
         &self,
         position: &Positions<S>,
         segments: &Segments<S>,
         first: usize,
-        chunk: &mut Chunk<N>,
+        chunk: &mut Chunk,
     ) {
         let (simd, lanes) = (segments.thread.token(), first..first + LANES);
         let &Segments { is_warp, x, .. } = segments;
@@ -138,12 +138,12 @@ impl Shader {
 
     /// What shows where these `segments` are; sets the pieces and yarns in `chunk`.
     #[inline(always)]
-    fn found<S: Simd, const N: usize>(
+    fn found<S: Simd>(
         &self,
         is_lit: mask32x16<S>,
         segments: &Segments<S>,
         first: usize,
-        chunk: &mut Chunk<N>,
+        chunk: &mut Chunk,
     ) -> Found<S> {
         let &Segments { is_hit, is_warp, is_straight, thread, x, y, length, width } = segments;
         let simd = thread.token();
@@ -176,13 +176,13 @@ impl Shader {
 
     /// The same for each point on its own.
     #[inline(never)]
-    fn one_by_one<S: Simd, const N: usize>(
+    fn one_by_one<S: Simd>(
         &self,
         is_lit: mask32x16<S>,
         is_back: mask32x16<S>,
         uv: [Wide<S>; 2],
         first: usize,
-        chunk: &mut Chunk<N>,
+        chunk: &mut Chunk,
     ) -> Found<S> {
         let simd = is_lit.token();
         let [u, v] = uv.map(Wide::to_array);
