@@ -55,6 +55,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         Command::Render(options) => command::render::run(options),
         Command::Swatch(options) => command::swatch::run(options),
         Command::Presets => command::presets::run().map(|()| Outcome::Done),
+        Command::Plan(options) => command::plan::run(options).map(|()| Outcome::Done),
         Command::Schema(options) => command::schema::run(*options).map(|()| Outcome::Done),
         Command::Draft(command) => command::draft::run(command),
         Command::Image(command) => command::image::run(command),

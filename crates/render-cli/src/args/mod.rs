@@ -22,7 +22,10 @@ pub use self::{
 };
 use crate::{
     image::{Format, View},
-    render::film::{Crop, Size},
+    render::{
+        detail::Level,
+        film::{Crop, Size},
+    },
     scene::{MAX_DEPTH, source::Setting, swatch::Light},
 };
 
@@ -61,6 +64,12 @@ pub enum Command {
 
     /// Lists the fabrics that are compiled in, which render and swatch draw as preset:NAME
     Presets,
+
+    /// Tells what a cloth takes to be shaded at each point, what is left out, and why
+    ///
+    /// And its memory, and how long a point takes on this machine, one after the other and many at a
+    /// time.
+    Plan(PlanOptions),
 
     /// Prints the JSON Schema of scenes or fabrics, for editors and programs that write them
     Schema(SchemaOptions),
@@ -120,6 +129,15 @@ pub struct RenderOptions {
     #[arg(long, value_enum, default_value_t = View::Srgb)]
     pub view: View,
 
+    /// How much of cloth is looked at
+    #[arg(long, value_enum, default_value_t = Level::Auto)]
+    pub lod: Level,
+
+    /// Octaves by which --lod auto takes places to be larger, -20 to 20: above 0 it gives threads up
+    /// sooner
+    #[arg(long, value_name = "OCTAVES", default_value_t = 0.0, allow_negative_numbers = true, value_parser = lod_bias)]
+    pub lod_bias: f32,
+
     /// Draws only the pixels from column X0 and row Y0 up to and without column X1 and row Y1, as they
     /// are in the whole picture
     #[arg(long, value_name = "X0,Y0,X1,Y1")]
@@ -170,6 +188,13 @@ pub struct SwatchOptions {
     pub ruler: bool,
 }
 
+/// Arguments of `selvedge plan`.
+#[derive(Clone, Debug, Args)]
+pub struct PlanOptions {
+    /// A draft (WIF), a fabric (JSON) or preset:NAME
+    pub input: PathBuf,
+}
+
 /// Arguments of `selvedge schema`.
 #[derive(Clone, Copy, Debug, Args)]
 pub struct SchemaOptions {
@@ -190,6 +215,11 @@ pub enum Described {
 fn exposure(text: &str) -> Result<f32, String> {
     let stops = text.parse().ok().filter(|stops| (-20.0..=20.0).contains(stops));
     stops.ok_or_else(|| "expected a number from -20 to 20".to_owned())
+}
+
+fn lod_bias(text: &str) -> Result<f32, String> {
+    let octaves = text.parse().ok().filter(|octaves| (-20.0..=20.0).contains(octaves));
+    octaves.ok_or_else(|| "expected a number from -20 to 20".to_owned())
 }
 
 fn width_mm(text: &str) -> Result<f32, String> {

@@ -16,6 +16,7 @@ use crate::{
     render::{
         View,
         accumulate::Layers,
+        detail::Detail,
         film::{Crop, Frame, Size},
         hash::Fnv,
         progressive::Stopped,
@@ -165,14 +166,18 @@ impl<'a> Drawing<'a> {
             .num_threads(options.threads.map_or(0, usize::from))
             .build()
             .context("threads: cannot be started")?;
-        let (outcome, metadata, cloth_bytes) = pool.install(|| -> anyhow::Result<_> {
-            let (scene, fabrics) = scene()?;
-            let key = if exposing.needs_key() { key(&scene, options.seed) } else { 0 };
-            let view = View::new(&scene, size, options.seed, layers == Layers::All);
-            let metadata = metadata(&scene, &fabrics, options.seed);
-            let cloths = scene.shaders().map(Shader::bytes);
-            Ok((exposing.run(&view, key)?, metadata, cloths.collect::<Vec<_>>()))
-        })?;
+        let (outcome, metadata, cloth_bytes, far_share) =
+            pool.install(|| -> anyhow::Result<_> {
+                let (mut scene, fabrics) = scene()?;
+                scene.detail = Detail { level: options.lod, bias: options.lod_bias };
+                let key = if exposing.needs_key() { key(&scene, options.seed) } else { 0 };
+                let view = View::new(&scene, size, options.seed, layers == Layers::All);
+                let metadata = metadata(&scene, &fabrics, options.seed);
+                let cloths = scene.shaders().map(Shader::bytes);
+                let cloths = cloths.collect::<Vec<_>>();
+                let outcome = exposing.run(&view, key)?;
+                Ok((outcome, metadata, cloths, scene.shades.far_share()))
+            })?;
 
         let mut picture = Picture::from_exposed(&outcome.exposed());
         if options.exposure != 0.0 {
@@ -197,6 +202,9 @@ impl<'a> Drawing<'a> {
         }
         if options.effort.stats {
             tell(exposing::stats(&outcome));
+            if let Some(share) = far_share {
+                tell(format_args!("{:<12}{:.1} % of the shades of cloth", "far", 100.0 * share));
+            }
             for bytes in cloth_bytes {
                 tell(format_args!("{:<12}{:.1} kB", "cloth", bytes as f64 * 1e-3));
             }

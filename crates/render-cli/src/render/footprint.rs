@@ -35,22 +35,23 @@ pub const POINTS: usize = 4;
 const GRAZING: f32 = 0.1;
 
 impl Footprint {
-    /// The points at `offsets` from `centre`, uv in metres, that are not in a gap but cloth that
-    /// `exists`; at most [`POINTS`]. Where none does, `centre` stands for all.
-    pub fn new(
-        centre: Vec2,
-        offsets: impl Iterator<Item = Vec2>,
-        exists: impl Fn(DVec2) -> bool,
-    ) -> Self {
+    /// The points at `offsets` from `centre`, uv in metres.
+    pub fn new(centre: Vec2, offsets: [Vec2; POINTS]) -> Self {
         let centre = centre.as_dvec2();
-        let mut footprint = Self { places: [centre; POINTS], count: 0 };
-        let places = offsets.map(|offset| centre + offset.as_dvec2());
-        for place in places.filter(|&place| exists(place)).take(POINTS) {
-            footprint.places[footprint.count] = place;
-            footprint.count += 1;
+        Self { places: offsets.map(|offset| centre + offset.as_dvec2()), count: POINTS }
+    }
+
+    /// Forgets the points that are not cloth, but in a gap; where all are, `centre` stands for them.
+    pub fn keep(&mut self, centre: Vec2, is_cloth: impl Iterator<Item = bool>) {
+        let all = *self;
+        self.count = 0;
+        for (&place, _) in all.places().iter().zip(is_cloth).filter(|&(_, is_cloth)| is_cloth) {
+            self.places[self.count] = place;
+            self.count += 1;
         }
-        footprint.count = footprint.count.max(1);
-        footprint
+        if self.count == 0 {
+            (self.places[0], self.count) = (centre.as_dvec2(), 1);
+        }
     }
 
     /// The point that `choice` in [0, 1) names, uv in metres.
@@ -64,19 +65,13 @@ impl Footprint {
     }
 }
 
-/// Offsets in uv, metres, of [`POINTS`] points of the surface around `point`, where `beam` arrives
-/// after `distance` metres: spread like the profile of the beam, no two close together.
+/// Offsets in uv, metres, of [`POINTS`] points of the surface where a beam arrives that has these
+/// [`axes`] there: spread like its profile, no two close together.
 ///
 /// `square` in [0, 1)² turns and shifts the pattern. When it is uniform, each offset by itself has
 /// the distribution of the beam.
-pub fn offsets(
-    point: &SurfacePoint,
-    beam: &Beam,
-    distance: f32,
-    square: Vec2,
-) -> impl Iterator<Item = Vec2> {
-    let [a, b] = axes(point, beam, distance);
-    gaussian_points(POINTS, square).map(move |place| a * place.x + b * place.y)
+pub fn offsets([a, b]: [Vec2; 2], square: Vec2) -> [Vec2; POINTS] {
+    gaussian_points(square).map(|place| a * place.x + b * place.y)
 }
 
 /// The uv, metres, of two perpendicular standard deviations of the beam, cast onto the surface.
@@ -98,16 +93,15 @@ pub fn axes(point: &SurfacePoint, beam: &Beam, distance: f32) -> [Vec2; 2] {
 
 /// Points of a Gaussian of standard deviation 1: stratified in the radius, a golden angle apart
 /// (Vogel 1979). Each by itself is distributed exactly so when `square` is uniform.
-fn gaussian_points(count: usize, square: Vec2) -> impl Iterator<Item = Vec2> {
+fn gaussian_points<const COUNT: usize>(square: Vec2) -> [Vec2; COUNT] {
     let golden = Vec2::from_angle(TAU * 0.618_034);
-    let first = Vec2::from_angle(TAU * square.y);
-    std::iter::successors(Some(first), move |angle| Some(golden.rotate(*angle)))
-        .take(count)
-        .enumerate()
-        .map(move |(k, angle)| {
-            let share = (k as f32 + square.x) / count as f32;
-            angle * (-2.0 * (1.0 - share).ln()).sqrt()
-        })
+    let mut angle = Vec2::from_angle(TAU * square.y);
+    std::array::from_fn(|k| {
+        let share = (k as f32 + square.x) / COUNT as f32;
+        let point = angle * (-2.0 * (1.0 - share).ln()).sqrt();
+        angle = golden.rotate(angle);
+        point
+    })
 }
 
 #[cfg(test)]
@@ -123,7 +117,7 @@ mod tests {
         let mut mean = Vec2::ZERO;
         for k in 0..n * n {
             let square = (Vec2::new((k % n) as f32, (k / n) as f32) + 0.5) / n as f32;
-            for point in gaussian_points(8, square) {
+            for point in gaussian_points::<8>(square) {
                 mean += point / (8 * n * n) as f32;
                 variance += point * point / (8 * n * n) as f32;
             }
@@ -135,13 +129,16 @@ mod tests {
 
     #[test]
     fn points_in_gaps_do_not_count() {
-        let offsets = [Vec2::X, Vec2::NEG_X, 2.0 * Vec2::X];
-        let mean = |exists: fn(DVec2) -> bool| {
-            let footprint = Footprint::new(Vec2::Y, offsets.into_iter(), exists);
+        let offsets = [Vec2::X, Vec2::NEG_X, 2.0 * Vec2::X, Vec2::NEG_Y];
+        let mean = |is_cloth: fn(&DVec2) -> bool| {
+            let mut footprint = Footprint::new(Vec2::Y, offsets);
+            let places = footprint;
+            footprint.keep(Vec2::Y, places.places().iter().map(is_cloth));
             let places = footprint.places();
             places.iter().sum::<DVec2>() / places.len() as f64
         };
         assert_eq!(mean(|uv| uv.x > 0.0), DVec2::new(1.5, 1.0));
+        assert_eq!(mean(|_| true), DVec2::new(0.5, 0.75));
         assert_eq!(mean(|_| false), DVec2::Y);
     }
 

@@ -3,6 +3,7 @@
 pub mod accumulate;
 pub mod camera;
 pub mod checkpoint;
+pub mod detail;
 pub mod exposure;
 pub mod film;
 pub mod footprint;

@@ -30,6 +30,7 @@ use self::{
 };
 use crate::render::{
     camera::Lens,
+    detail::{Detail, Shades},
     film::Filter,
     integrator::Estimator,
     intersect::{Geometry, GeometryError, Hit, Ray},
@@ -50,6 +51,10 @@ pub struct Scene {
     pub depth: u32,
     /// How its lights are found.
     pub estimator: Estimator,
+    /// At which level of detail cloth is shaded.
+    pub detail: Detail,
+    /// How often it was, at either level.
+    pub shades: Shades,
     surfaces: Vec<Surface>,
     geometry: Geometry,
 }
@@ -143,6 +148,8 @@ impl Scene {
             lights,
             depth: depth.max(1),
             estimator: Estimator::default(),
+            detail: Detail::default(),
+            shades: Shades::default(),
             surfaces,
             geometry,
         })

@@ -3,46 +3,79 @@
 use std::ptr;
 
 use glam::{DVec2, Vec3};
-use selvedge_yarn_brdf::{Lobes, Sample, Shader};
+use selvedge_yarn_brdf::{Batch, Draws, Lobes, Sample, Samples, Shader};
 
 /// Places of cloth, each with two directions or with numbers that choose one, and with the index of
 /// whom they are of.
-#[derive(Default)]
 pub(super) struct ClothPoints<'a> {
     cloths: Vec<(&'a Shader, Points)>,
+    /// Places to make room for.
+    capacity: usize,
 }
 
 /// Places of one cloth.
-#[derive(Default)]
 struct Points {
     of: Vec<usize>,
-    uv: Vec<DVec2>,
-    wi: Vec<Vec3>,
-    wo: Vec<Vec3>,
+    uv: [Vec<f64>; 2],
+    wi: [Vec<f32>; 3],
+    wo: [Vec<f32>; 3],
 }
 
 impl<'a> ClothPoints<'a> {
+    /// None as yet, of most likely `capacity`.
+    pub(super) fn new(capacity: usize) -> Self {
+        Self { cloths: Vec::new(), capacity }
+    }
+
     /// A place of `shader`'s cloth, uv in metres. `wi` is a direction of the shading frame, or three
     /// numbers in [0, 1).
     pub(super) fn push(&mut self, of: usize, shader: &'a Shader, uv: DVec2, wi: Vec3, wo: Vec3) {
         let known = self.cloths.iter().position(|(cloth, _)| ptr::eq(*cloth, shader));
         let cloth = known.unwrap_or(self.cloths.len());
         if known.is_none() {
-            self.cloths.push((shader, Points::default()));
+            self.cloths.push((shader, Points::new(self.capacity)));
         }
         let points = &mut self.cloths[cloth].1;
         points.of.push(of);
-        points.uv.push(uv);
-        points.wi.push(wi);
-        points.wo.push(wo);
+        push(&mut points.uv, uv.to_array());
+        push(&mut points.wi, wi.to_array());
+        push(&mut points.wo, wo.to_array());
+    }
+
+    /// Calls `each` with the opacities of all places that were pushed for someone in turn.
+    pub(super) fn opacities(&self, mut each: impl FnMut(usize, &[f32])) {
+        for (shader, points) in &self.cloths {
+            let mut opacities = vec![0.0; points.of.len()];
+            shader
+                .opacity_batch(points.uv.each_ref().map(Vec::as_slice), &mut opacities)
+                .expect("all parts of a point are pushed together");
+            let mut rest = opacities.as_slice();
+            for of in points.of.chunk_by(|a, b| a == b) {
+                let (own, others) = rest.split_at(of.len());
+                each(of[0], own);
+                rest = others;
+            }
+        }
     }
 
     /// Calls `each` with f at each place and the density with which [`ClothPoints::samples`] draws it.
     pub(super) fn scattering(&self, mut each: impl FnMut(usize, Lobes, f32)) {
         for (shader, points) in &self.cloths {
-            for (k, &of) in points.of.iter().enumerate() {
-                let (uv, wi, wo) = (points.uv[k], points.wi[k], points.wo[k]);
-                each(of, shader.eval_lobes(uv, wi, wo), shader.pdf(uv, wi, wo));
+            let black = || vec![0.0; points.of.len()];
+            let (mut specular, mut diffuse) =
+                ([(); 3].map(|()| black()), [(); 3].map(|()| black()));
+            let mut pdf = black();
+            shader
+                .eval_lobes_pdf_batch(
+                    &points.batch(),
+                    specular.each_mut().map(Vec::as_mut_slice),
+                    diffuse.each_mut().map(Vec::as_mut_slice),
+                    &mut pdf,
+                )
+                .expect("all parts of a point are pushed together");
+            for (k, (&of, &pdf)) in points.of.iter().zip(&pdf).enumerate() {
+                let lobes = Lobes { specular: vector(&specular, k), diffuse: vector(&diffuse, k) };
+                each(of, lobes, pdf);
             }
         }
     }
@@ -50,12 +83,56 @@ impl<'a> ClothPoints<'a> {
     /// Calls `each` with a direction drawn at each place, where there is one.
     pub(super) fn samples(&self, mut each: impl FnMut(usize, &Shader, DVec2, Sample)) {
         for (shader, points) in &self.cloths {
-            for (k, &of) in points.of.iter().enumerate() {
-                let (uv, numbers, wo) = (points.uv[k], points.wi[k], points.wo[k]);
-                if let Some(sample) = shader.sample(uv, wo, numbers.to_array()) {
-                    each(of, shader, uv, sample);
-                }
+            let black = || vec![0.0; points.of.len()];
+            let (mut wi, mut weight) = ([(); 3].map(|()| black()), [(); 3].map(|()| black()));
+            let mut pdf = black();
+            let Batch { uv, wi: xi, wo, active } = points.batch();
+            let samples = Samples {
+                wi: wi.each_mut().map(Vec::as_mut_slice),
+                weight: weight.each_mut().map(Vec::as_mut_slice),
+                pdf: &mut pdf,
+            };
+            shader
+                .sample_batch(&Draws { uv, wo, xi, active }, samples)
+                .expect("all parts of a point are pushed together");
+            for (k, &of) in points.of.iter().enumerate().filter(|&(k, _)| pdf[k] > 0.0) {
+                let uv = DVec2::new(points.uv[0][k], points.uv[1][k]);
+                let sample = Sample { wi: vector(&wi, k), weight: vector(&weight, k), pdf: pdf[k] };
+                each(of, shader, uv, sample);
             }
         }
     }
+}
+
+impl Points {
+    fn new(capacity: usize) -> Self {
+        let room = || Vec::with_capacity(capacity);
+        Self {
+            of: Vec::with_capacity(capacity),
+            uv: [(); 2].map(|()| Vec::with_capacity(capacity)),
+            wi: [(); 3].map(|()| room()),
+            wo: [(); 3].map(|()| room()),
+        }
+    }
+
+    fn batch(&self) -> Batch<'_> {
+        Batch {
+            uv: self.uv.each_ref().map(Vec::as_slice),
+            wi: self.wi.each_ref().map(Vec::as_slice),
+            wo: self.wo.each_ref().map(Vec::as_slice),
+            active: None,
+        }
+    }
+}
+
+/// Adds a vector, component by component.
+fn push<T, const N: usize>(parts: &mut [Vec<T>; N], vector: [T; N]) {
+    for (part, component) in parts.iter_mut().zip(vector) {
+        part.push(component);
+    }
+}
+
+/// Vector `k` of those whose components these are.
+fn vector(parts: &[Vec<f32>; 3], k: usize) -> Vec3 {
+    Vec3::new(parts[0][k], parts[1][k], parts[2][k])
 }

@@ -102,10 +102,14 @@ fn advance(
         let light = lights_ahead(scene, &path.beam.ray, &ahead, path.density);
         add(&path, light, path.diffuse_share);
         if let Some(hit) = ahead.nearest() {
-            met.push(Vertex::new(scene.surface(&hit), hit, &path.beam, &mut path.sample));
+            met.push(Vertex::new(scene, hit, &path.beam, &mut path.sample));
             arrived.push(path);
         }
     }
+
+    vertex::close_gaps(&mut met);
+    let [near, far] = vertex::shades(&met);
+    scene.shades.add(near, far);
 
     let lit: Vec<_> = arrived
         .iter_mut()

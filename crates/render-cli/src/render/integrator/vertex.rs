@@ -2,7 +2,7 @@
 
 use std::f32::consts::FRAC_1_PI;
 
-use glam::{Mat3, Vec3};
+use glam::{DVec2, Mat3, Vec3};
 use selvedge_normalize::warp::square_to_cosine_hemisphere;
 use selvedge_yarn_brdf::Shader;
 
@@ -10,16 +10,19 @@ use super::{Estimator, balance, cloth::ClothPoints};
 use crate::{
     render::{
         exposure::{FirstHit, YarnSeen},
-        footprint::{self, Beam, Footprint},
+        footprint::{self, Beam, Footprint, POINTS},
         intersect::{Hit, Ray},
         sampler::Sample,
     },
     scene::{
-        Material, Scene, Surface,
+        Material, Scene,
         mesh::{Mesh, SurfacePoint},
         standard::StandardPoint,
     },
 };
+
+/// Least share of a cloth that is not gaps where one of its threads was hit.
+const LEAST_COVER: f32 = 1e-3;
 
 /// The way on from a surface.
 pub(super) struct Bounce {
@@ -84,21 +87,33 @@ pub(super) struct Vertex<'a> {
 enum Scatterer<'a> {
     Matte(Vec3),
     Cloth(&'a Shader, Footprint),
+    /// Cloth so far away that its threads cannot be told apart, and the share of it that is not gaps.
+    FarCloth(&'a Shader, selvedge_yarn_brdf::Footprint, f32),
     Standard(StandardPoint),
 }
 
 impl<'a> Vertex<'a> {
-    pub(super) fn new(surface: &'a Surface, hit: Hit, beam: &Beam, sample: &mut Sample) -> Self {
+    pub(super) fn new(scene: &'a Scene, hit: Hit, beam: &Beam, sample: &mut Sample) -> Self {
+        let surface = scene.surface(&hit);
         let wo_world = -beam.ray.direction;
         let point = facing_alike(&surface.mesh, &hit, wo_world);
         let frame = point.frame();
         let scatterer = match &surface.material {
             Material::Matte(reflectance) => Scatterer::Matte(*reflectance),
             Material::Cloth { shader, is_open } => {
-                let offsets = footprint::offsets(&point, beam, hit.t, sample.next_2d());
-                let exists = |uv| !is_open || shader.opacity(uv) > 0.0;
-                let footprint = Footprint::new(point.uv, offsets, exists);
-                Scatterer::Cloth(shader, footprint)
+                let axes = footprint::axes(&point, beam, hit.t);
+                let [a, b] = axes.map(|axis| axis.as_dvec2());
+                let deviation = DVec2::new(a.x.hypot(b.x), a.y.hypot(b.y));
+                let far = scene.detail.far_weight(shader, deviation);
+                if far > 0.0 && (far >= 1.0 || sample.next_1d() < far) {
+                    let footprint =
+                        selvedge_yarn_brdf::Footprint { uv: point.uv.as_dvec2(), deviation };
+                    let cover = if *is_open { shader.far_opacity(&footprint) } else { 1.0 };
+                    Scatterer::FarCloth(shader, footprint, cover.max(LEAST_COVER))
+                } else {
+                    let offsets = footprint::offsets(axes, sample.next_2d());
+                    Scatterer::Cloth(shader, Footprint::new(point.uv, offsets))
+                }
             }
             Material::Standard { standard, size } => {
                 // Of even width, with the beam's deviation.
@@ -158,6 +173,10 @@ impl<'a> Vertex<'a> {
                 });
                 (albedo / places.len() as f32, (self.frame * tangent).normalize(), yarn)
             }
+            Scatterer::FarCloth(shader, footprint, cover) => {
+                let albedo = shader.far_albedo(footprint, self.wo) / *cover;
+                (albedo, self.frame.x_axis, None)
+            }
             Scatterer::Standard(point) => (point.albedo(self.wo), self.frame.x_axis, None),
         };
         FirstHit {
@@ -183,6 +202,37 @@ impl<'a> Vertex<'a> {
     }
 }
 
+/// At how many of `vertices` cloth is shaded near, and at how many far.
+pub(super) fn shades(vertices: &[Vertex<'_>]) -> [u64; 2] {
+    let count = |is: fn(&Scatterer<'_>) -> bool| {
+        vertices.iter().filter(|vertex| is(&vertex.scatterer)).count() as u64
+    };
+    [
+        count(|scatterer| matches!(scatterer, Scatterer::Cloth(..))),
+        count(|scatterer| matches!(scatterer, Scatterer::FarCloth(..))),
+    ]
+}
+
+/// Takes points in gaps out of the footprints.
+pub(super) fn close_gaps(vertices: &mut [Vertex<'_>]) {
+    let mut cloth = ClothPoints::new(vertices.len() * POINTS);
+    for (index, vertex) in vertices.iter().enumerate() {
+        if let Scatterer::Cloth(shader, footprint) = &vertex.scatterer
+            && shader.has_gaps()
+        {
+            for &place in footprint.places() {
+                cloth.push(index, shader, place, Vec3::Z, Vec3::Z);
+            }
+        }
+    }
+    cloth.opacities(|index, opacities| {
+        let vertex = &mut vertices[index];
+        if let Scatterer::Cloth(_, footprint) = &mut vertex.scatterer {
+            footprint.keep(vertex.point.uv, opacities.iter().map(|&opacity| opacity > 0.0));
+        }
+    });
+}
+
 /// f without the cosine of each vertex that is lit: its share in what the light and [`bounces`] find,
 /// as `estimator` has it; nothing of the others.
 pub(super) fn scattering(
@@ -194,7 +244,7 @@ pub(super) fn scattering(
         Estimator::Both => balance(found, pdf),
         Estimator::Lights | Estimator::Directions => 1.0,
     };
-    let mut cloth = ClothPoints::default();
+    let mut cloth = ClothPoints::new(vertices.len() * POINTS);
     let mut lobes: Vec<_> = vertices
         .iter()
         .zip(lit)
@@ -211,6 +261,12 @@ pub(super) fn scattering(
                         cloth.push(index, shader, place, lit.wi, vertex.wo);
                     }
                     Lobes::default()
+                }
+                Scatterer::FarCloth(shader, footprint, cover) => {
+                    let f = shader.far_eval_lobes(footprint, lit.wi, vertex.wo);
+                    let pdf = shader.far_pdf(footprint, lit.wi, vertex.wo);
+                    let weight = balance(lit.density, pdf) / cover;
+                    Lobes { diffuse: f.diffuse, other: f.specular }.scaled(Vec3::splat(weight))
                 }
                 Scatterer::Standard(point) => {
                     let [diffuse, other] = point.eval_lobes(lit.wi, vertex.wo);
@@ -239,7 +295,7 @@ pub(super) fn bounces<'a>(
     samples: impl Iterator<Item = &'a mut Sample>,
     has_share: bool,
 ) -> Vec<Option<Bounce>> {
-    let mut cloth = ClothPoints::default();
+    let mut cloth = ClothPoints::new(vertices.len());
     let mut bounces: Vec<_> = vertices
         .iter()
         .zip(samples)
@@ -258,6 +314,19 @@ pub(super) fn bounces<'a>(
                 let square = sample.next_2d();
                 cloth.push(index, shader, place, Vec3::new(choice, square.x, square.y), vertex.wo);
                 None
+            }
+            Scatterer::FarCloth(shader, footprint, cover) => {
+                let choice = sample.next_1d();
+                let square = sample.next_2d();
+                let numbers = [choice, square.x, square.y];
+                let drawn = shader.far_sample(footprint, vertex.wo, numbers)?;
+                let share = if has_share {
+                    let f = shader.far_eval_lobes(footprint, drawn.wi, vertex.wo);
+                    Lobes { diffuse: f.diffuse, other: f.specular }.diffuse_share()
+                } else {
+                    Vec3::ZERO
+                };
+                vertex.way_on(drawn.wi, drawn.weight / *cover, drawn.pdf, share)
             }
             Scatterer::Standard(point) => {
                 let choice = sample.next_1d();
