@@ -1,14 +1,15 @@
 //! Woven-cloth shading for any renderer: the C interface of Selvedge.
 //!
-//! The bytes of a WIF file become a `selvedge_draft`, a draft becomes a `selvedge_shader`, and
-//! a shader answers how much light the cloth reflects from one direction into another:
+//! A WIF file or a pattern in memory is a `selvedge_draft`; woven of yarn it is a `selvedge_fabric`,
+//! whose parameters can be listed, read and set; and prepared, a `selvedge_shader`, which answers how
+//! the cloth reflects light, at one point or at many:
 //!
 //! ```c
 //! char message[256];
-//! selvedge_draft *draft = NULL;
-//! selvedge_shader *shader = NULL;
-//! if (selvedge_draft_new(bytes, length, message, sizeof message, &draft) ||
-//!     selvedge_shader_new(draft, message, sizeof message, &shader)) {
+//! selvedge_fabric *fabric = NULL;
+//! const selvedge_shader *shader = NULL;
+//! if (selvedge_fabric_load("denim.json", message, sizeof message, &fabric) ||
+//!     selvedge_shader_new(fabric, message, sizeof message, &shader)) {
 //!     fprintf(stderr, "%s\n", message);
 //! } else {
 //!     const double uv[2] = {0.0010, 0.0025};
@@ -17,7 +18,7 @@
 //!     selvedge_shader_eval(shader, uv, wi, wo, f);
 //! }
 //! selvedge_shader_free(shader);
-//! selvedge_draft_free(draft);
+//! selvedge_fabric_free(fabric);
 //! ```
 //!
 //! `cargo build --release -p selvedge-ffi` makes the libraries, to be linked, on Linux, with
@@ -31,15 +32,21 @@
 //!
 //! - What a `_new` function returns belongs to the caller, who passes it once to the `_free`
 //!   function of its type, and to no other deallocator. Freeing NULL does nothing.
+//! - A shader has as many owners as `selvedge_shader_new` and `selvedge_shader_share` have made;
+//!   each frees it once.
 //! - Every other pointer is lent for the call: nothing of the caller's is kept, changed or
-//!   freed. A shader keeps nothing of its draft, which may be freed before it.
+//!   freed, but the function and the `user` of a texture. A fabric keeps nothing of its draft and a
+//!   shader nothing of its fabric, which may be freed before it.
 //! - A returned string is static and belongs to the library.
+//! - A struct begins with `struct_size`, which the caller sets to its `sizeof`, also where the
+//!   library writes it. Another size is a failure: such a caller was compiled with another header.
 //!
 //! # Failure
 //!
 //! - Functions that can fail return a `selvedge_status`; everything but `SELVEDGE_STATUS_OK`,
 //!   which is 0, is a failure, also a code that this header does not know yet.
-//! - Outputs are the last arguments; on failure they are as they were.
+//! - Outputs are the last arguments; on failure they are as they were, but for those of many points
+//!   after `SELVEDGE_STATUS_PANIC`.
 //! - `message` is a buffer of `message_size` bytes, its terminating NUL included. A failure
 //!   writes its reason there, UTF-8, cut between two characters where the buffer is too short;
 //!   a success writes the empty string. 256 bytes suffice for most reasons. NULL, or a size of 0,
@@ -52,8 +59,9 @@
 //!
 //! # Threads
 //!
-//! There is no global state. Drafts and shaders never change once made: any number of threads
-//! may use one at the same time, without a lock. Only its freeing must come after every use.
+//! There is no global state. Drafts and shaders never change once made: any number of threads may use
+//! one at the same time, without a lock. A fabric may be read by many threads, or changed by one while
+//! no other uses it. Freeing must come after every use.
 //!
 //! # Frame and units
 //!
@@ -62,28 +70,47 @@
 //! vectors pointing away from the surface, `wi` to the light and `wo` to the viewer, in the
 //! shading frame: x = dP/du along the weft, y = dP/dv along the warp, z the normal of the face.
 //! Colours are linear, with the primaries of sRGB.
+//!
+//! No value contains a cosine but the weight of a sample, which contains that of `wi`: light that
+//! arrives from `wi` with the radiance L adds f L |wi.z| to what is seen from `wo`.
 
+mod batch;
 mod draft;
+mod entry;
+mod fabric;
+mod json;
+mod memory;
+mod parameter;
+mod point;
+mod points;
 mod shader;
 mod status;
+mod stream;
+mod texture;
 mod version;
 
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::ptr::NonNull;
 
-pub use draft::{Draft, selvedge_draft_free, selvedge_draft_new};
-pub use shader::{Shader, selvedge_shader_eval, selvedge_shader_free, selvedge_shader_new};
+pub use draft::*;
+pub use fabric::*;
+pub use parameter::*;
+pub use point::*;
+pub use points::*;
+pub use shader::*;
 pub use status::Status;
-pub use version::{SELVEDGE_ABI_VERSION, selvedge_abi_version, selvedge_version_string};
+pub use stream::{Flags, Numbers, NumbersOut, Positions, Vectors, VectorsOut};
+pub use texture::*;
+pub use version::*;
 
 use status::{Failure, Message};
 
 /// The status of `call`; the reason of a failure goes to `message`, a panic becomes
 /// [`Status::Panic`].
 ///
-/// A `call` writes to the caller's memory only as its last step, so that neither a failure nor a
-/// panic leaves anything half written. That makes it safe to go on after an unwind.
+/// A `call` writes to the caller's memory only once nothing can fail any more, and one that changes a
+/// fabric does so in one step. That makes it safe to go on after an unwind.
 fn guard(message: Message, call: impl FnOnce() -> Result<(), Failure>) -> Status {
     let result = catch_unwind(AssertUnwindSafe(call)).unwrap_or_else(|payload| {
         let text = format!("selvedge: defect: {}", panic_text(&*payload));

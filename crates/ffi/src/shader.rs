@@ -1,125 +1,231 @@
 //! `selvedge_shader`: a cloth that answers how it reflects light.
 
 use std::ffi::c_char;
+use std::sync::Arc;
 
-use glam::{DVec2, Vec3};
-use selvedge_wif::Drawdown;
-use selvedge_yarn_brdf::{Cloth, ClothError, Fabric, Thread, Weave};
+use selvedge_yarn_brdf::Normalization as Factor;
 
-use crate::draft::Draft;
+use crate::entry::no_yarn;
+use crate::fabric::Fabric;
+use crate::memory::{self, Handshake};
 use crate::status::{Failure, Message, Status};
 use crate::{guard, non_null};
 
-/// Cloth ready to be shaded.
+/// Cloth ready to be shaded, counted by references.
 ///
 /// Never changes; any number of threads may use one at the same time.
 #[derive(Debug)]
-pub struct Shader(selvedge_yarn_brdf::Shader);
+pub struct Shader {
+    pub(crate) shader: selvedge_yarn_brdf::Shader,
+    yarns: u32,
+    warnings: String,
+}
 
-/// Prepares the cloth of `draft`, woven from the yarn of a default fabric, into `*shader`,
-/// which the caller frees with `selvedge_shader_free`.
+/// What a shader is like.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct ShaderInfo {
+    /// `sizeof(selvedge_shader_info)`, set by the caller.
+    pub struct_size: usize,
+    /// The memory it takes, bytes.
+    pub bytes: u64,
+    /// Types of yarn, counted from 0.
+    pub yarns: u32,
+    /// 1 if something may show between the yarns; if 0, no place has an opacity of 0 for that reason.
+    pub has_gaps: u32,
+}
+
+// SAFETY: `repr(C)`, begins with `struct_size`, and any bits are numbers.
+unsafe impl Handshake for ShaderInfo {
+    const NAME: &'static str = "info";
+}
+
+/// By what the highlight of a type of yarn is scaled, so that it reflects no more than it receives, and
+/// what that rests on.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct Normalization {
+    /// `sizeof(selvedge_normalization)`, set by the caller.
+    pub struct_size: usize,
+    /// For pieces of yarn of endless length and for the shortest that bend as far as their yarn.
+    pub factor: [f64; 2],
+    /// The greatest albedos found, before scaling.
+    pub max_albedo: [f64; 2],
+    /// What the true ones are taken to be at most: 1 / `factor`.
+    pub upper_bound: [f64; 2],
+}
+
+// SAFETY: `repr(C)`, begins with `struct_size`, and any bits are numbers.
+unsafe impl Handshake for Normalization {
+    const NAME: &'static str = "normalization";
+}
+
+/// Prepares `fabric` as it is now into `*shader`, which the caller frees with `selvedge_shader_free`.
 ///
-/// Colours, spacing and thickness of the threads are those of the draft. All work that does not
-/// depend on a position or a direction is done here, once. Fails with
-/// `SELVEDGE_STATUS_INVALID_DRAFT` if the draft does not say how its threads interlace, with
+/// All work that does not depend on a position or a direction is done here, once: some milliseconds
+/// for each type of yarn, more where noise or textures change its shape. Fails with
 /// `SELVEDGE_STATUS_INVALID_CLOTH` if the result cannot be shaded.
 ///
 /// # Safety
 ///
-/// `draft` is NULL or a draft not freed; `message` is NULL or points to `message_size` bytes;
-/// `shader` is NULL or points to a pointer. Safe from any thread.
+/// `fabric` is NULL or a fabric not freed, which no thread changes; `message` is NULL or points to
+/// `message_size` bytes; `shader` is NULL or points to a pointer.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selvedge_shader_new(
-    draft: *const Draft,
+    fabric: *const Fabric,
     message: *mut c_char,
     message_size: usize,
-    shader: *mut *mut Shader,
+    shader: *mut *const Shader,
 ) -> Status {
     // SAFETY: the caller vouches for `message_size` bytes.
     let message = unsafe { Message::new(message, message_size) };
     guard(message, || {
-        let (draft, output) = (non_null(draft, "draft")?, non_null(shader, "shader")?);
-        // SAFETY: not NULL, so the caller vouches for a live draft, which nothing changes.
-        let draft = unsafe { draft.as_ref() };
-        let drawdown = draft.0.drawdown();
-        let drawdown =
-            drawdown.map_err(|error| Failure::from_error(Status::InvalidDraft, &error))?;
-        let shader = cloth(&drawdown).and_then(|cloth| cloth.prepare());
+        let (fabric, output) = (non_null(fabric, "fabric")?, non_null(shader, "shader")?);
+        // SAFETY: not NULL, so the caller vouches for a live fabric, which nobody changes.
+        let fabric = unsafe { fabric.as_ref() };
+        let shader = fabric.cloth.prepare();
         let shader = shader.map_err(|error| Failure::from_error(Status::InvalidCloth, &error))?;
+        let lowered = shader.lowered().iter().map(ToString::to_string);
+        let unused = Some(fabric.warnings.clone()).filter(|text| !text.is_empty());
+        let warnings = unused.into_iter().chain(lowered).collect::<Vec<_>>().join("\n");
+        let yarns = fabric.cloth.yarns.len() as u32;
+        let shader = Arc::new(Shader { shader, yarns, warnings });
         // SAFETY: not NULL, so the caller vouches for a pointer there.
-        unsafe { output.write(Box::into_raw(Box::new(Shader(shader)))) };
+        unsafe { output.write(Arc::into_raw(shader)) };
         Ok(())
     })
 }
 
-/// The cloth of a drawdown: end for end and pick for pick, in the default fabric.
-fn cloth(drawdown: &Drawdown) -> Result<Cloth, ClothError> {
-    // A draft counts its threads in `u32`.
-    let (ends, picks) = (drawdown.ends() as u32, drawdown.picks() as u32);
-    let weave =
-        Weave::new(ends, picks, |end, pick| drawdown.warp_on_top(end as usize, pick as usize))?;
-    let thread = |thread: &selvedge_wif::Thread| Thread {
-        color: thread.color.linear(),
-        color_number: thread.color_number,
-        pitch: thread.pitch,
-        diameter: thread.diameter,
-    };
-    let ends: Vec<_> = (0..drawdown.ends()).map(|end| thread(drawdown.end(end))).collect();
-    let picks: Vec<_> = (0..drawdown.picks()).map(|pick| thread(drawdown.pick(pick))).collect();
-    Fabric::default().cloth(weave, &ends, &picks)
-}
-
-/// Frees a shader; NULL is nothing to free.
+/// Counts one more owner of a shader, each of whom frees it once.
 ///
 /// # Safety
 ///
-/// `shader` is NULL or comes from `selvedge_shader_new`, has not been freed, and is not used by
-/// another thread.
+/// `shader` is NULL or a shader not freed. Safe from any thread.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn selvedge_shader_free(shader: *mut Shader) {
+pub unsafe extern "C" fn selvedge_shader_share(shader: *const Shader) -> Status {
+    guard(Message::NONE, || {
+        let shader = non_null(shader, "shader")?;
+        // SAFETY: made by `Arc::into_raw`, and the caller is an owner.
+        unsafe { Arc::increment_strong_count(shader.as_ptr()) };
+        Ok(())
+    })
+}
+
+/// Frees a shader once its last owner has; NULL is nothing to free.
+///
+/// # Safety
+///
+/// `shader` is NULL or comes from `selvedge_shader_new`, and is freed once for that and once for each
+/// `selvedge_shader_share`; who frees it uses it no more. Safe from any thread.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn selvedge_shader_free(shader: *const Shader) {
     guard(Message::NONE, || {
         if !shader.is_null() {
-            // SAFETY: made by `Box::into_raw` in `selvedge_shader_new`, and freed only here.
-            drop(unsafe { Box::from_raw(shader) });
+            // SAFETY: made by `Arc::into_raw`, and freed once by each owner.
+            drop(unsafe { Arc::from_raw(shader) });
         }
         Ok(())
     });
 }
 
-/// Writes to `f` the BRDF at `uv` for light from `wi` seen from `wo`, in sr^-1, *without* the
-/// cosine: linear red, green and blue, each finite and at least 0.
-///
-/// Both directions above the surface show the face of the cloth, both below it the back. The
-/// value is 0 in a gap between yarns, for one direction on each side or in the plane of the
-/// cloth, and where a number is not finite. `f` may be the array of a direction.
+/// Writes to `*info`, whose `struct_size` the caller has set, what the shader is like.
 ///
 /// # Safety
 ///
-/// `shader` is NULL or a shader not freed; `uv` is NULL or points to two numbers, `wi`, `wo` and
-/// `f` are NULL or point to three. Safe from any thread.
-///
-/// cbindgen:ptrs-as-arrays=[[uv;2], [wi;3], [wo;3], [f;3]]
-#[allow(rustdoc::broken_intra_doc_links, reason = "what cbindgen reads above is not a link")]
+/// `shader` is NULL or a shader not freed; `message` is NULL or points to `message_size` bytes;
+/// `info` is NULL or points to a struct that is as large as it says. Safe from any thread.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn selvedge_shader_eval(
+pub unsafe extern "C" fn selvedge_shader_describe(
     shader: *const Shader,
-    uv: *const f64,
-    wi: *const f32,
-    wo: *const f32,
-    f: *mut f32,
+    message: *mut c_char,
+    message_size: usize,
+    info: *mut ShaderInfo,
+) -> Status {
+    // SAFETY: the caller vouches for `message_size` bytes.
+    let message = unsafe { Message::new(message, message_size) };
+    guard(message, || {
+        let shader = non_null(shader, "shader")?;
+        // SAFETY: the caller vouches for a struct as large as it says.
+        let output = unsafe { memory::output(info)? };
+        // SAFETY: not NULL, so the caller vouches for a live shader, which nothing changes.
+        let shader = unsafe { shader.as_ref() };
+        let info = ShaderInfo {
+            struct_size: size_of::<ShaderInfo>(),
+            bytes: shader.shader.bytes() as u64,
+            yarns: shader.yarns,
+            has_gaps: shader.shader.has_gaps().into(),
+        };
+        // SAFETY: as above.
+        unsafe { output.write_unaligned(info) };
+        Ok(())
+    })
+}
+
+/// Writes to `*length` the bytes of what the fabric said in vain or could not be shaded as it said,
+/// without the NUL, and to `text` as much of it as fits: UTF-8, a line for each warning; empty if
+/// there is none.
+///
+/// # Safety
+///
+/// `shader` is NULL or a shader not freed; `text` is NULL or points to `text_size` bytes; `length` is
+/// NULL or points to a number. Safe from any thread.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn selvedge_shader_warnings(
+    shader: *const Shader,
+    text: *mut c_char,
+    text_size: usize,
+    length: *mut usize,
 ) -> Status {
     guard(Message::NONE, || {
+        let (shader, output) = (non_null(shader, "shader")?, non_null(length, "length")?);
+        // SAFETY: not NULL, so the caller vouches for a live shader, which nothing changes, for
+        // `text_size` bytes and for a number.
+        unsafe {
+            let warnings = &shader.as_ref().warnings;
+            Message::new(text, text_size).write(warnings);
+            output.write(warnings.len());
+        }
+        Ok(())
+    })
+}
+
+/// Writes to `*normalization`, whose `struct_size` the caller has set, by what the highlight of the
+/// type `yarn` is scaled.
+///
+/// Equal fabrics have equal factors, bit for bit, on machines of one kind. Fails with
+/// `SELVEDGE_STATUS_INVALID_ARGUMENT` if there is no such type.
+///
+/// # Safety
+///
+/// `shader` is NULL or a shader not freed; `message` is NULL or points to `message_size` bytes;
+/// `normalization` is NULL or points to a struct that is as large as it says. Safe from any thread.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn selvedge_shader_normalization(
+    shader: *const Shader,
+    yarn: u32,
+    message: *mut c_char,
+    message_size: usize,
+    normalization: *mut Normalization,
+) -> Status {
+    // SAFETY: the caller vouches for `message_size` bytes.
+    let message = unsafe { Message::new(message, message_size) };
+    guard(message, || {
         let shader = non_null(shader, "shader")?;
-        let uv = non_null(uv, "uv")?.cast::<[f64; 2]>();
-        let wi = non_null(wi, "wi")?.cast::<[f32; 3]>();
-        let wo = non_null(wo, "wo")?.cast::<[f32; 3]>();
-        let output = non_null(f, "f")?.cast::<[f32; 3]>();
-        // SAFETY: not NULL, so the caller vouches for a live shader, which nothing changes, and
-        // for as many numbers as are read.
-        let (shader, uv, wi, wo) = unsafe { (shader.as_ref(), uv.read(), wi.read(), wo.read()) };
-        let value = shader.0.eval(DVec2::from(uv), Vec3::from(wi), Vec3::from(wo));
-        // SAFETY: not NULL, so the caller vouches for three numbers there.
-        unsafe { output.write(value.to_array()) };
+        // SAFETY: the caller vouches for a struct as large as it says.
+        let output = unsafe { memory::output(normalization)? };
+        // SAFETY: not NULL, so the caller vouches for a live shader, which nothing changes.
+        let shader = unsafe { shader.as_ref() };
+        let found = u16::try_from(yarn).ok().and_then(|yarn| shader.shader.normalization(yarn));
+        let found = found.ok_or_else(|| no_yarn(yarn, shader.yarns as usize))?;
+        let each = |of: fn(&Factor) -> f64| [of(&found[0]), of(&found[1])];
+        let normalization = Normalization {
+            struct_size: size_of::<Normalization>(),
+            factor: each(|n| n.factor),
+            max_albedo: each(|n| n.max_albedo),
+            upper_bound: each(|n| n.upper_bound),
+        };
+        // SAFETY: as above.
+        unsafe { output.write_unaligned(normalization) };
         Ok(())
     })
 }

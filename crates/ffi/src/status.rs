@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::error::Error;
 use std::ffi::c_char;
+use std::fmt::Display;
 use std::iter::successors;
 use std::ptr;
 
@@ -22,6 +23,12 @@ pub enum Status {
     InvalidCloth = 4,
     /// A defect of the library.
     Panic = 5,
+    /// A file cannot be read.
+    Unreadable = 6,
+    /// The text is not a fabric.
+    InvalidFabric = 7,
+    /// The yarn has no such parameter: its highlight or phase function is of another kind.
+    Absent = 8,
 }
 
 /// Why a call failed.
@@ -39,6 +46,11 @@ impl Failure {
     /// The argument `name` is NULL.
     pub(crate) fn null(name: &str) -> Self {
         Self::new(Status::NullPointer, format!("{name}: null, expected a pointer"))
+    }
+
+    /// `name` is what was `found`, in words, where `expected` should be.
+    pub(crate) fn argument(name: &str, found: impl Display, expected: impl Display) -> Self {
+        Self::new(Status::InvalidArgument, format!("{name}: {found}, expected {expected}"))
     }
 
     /// `error` with its causes.

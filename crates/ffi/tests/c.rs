@@ -1,58 +1,15 @@
-//! C programs against the committed header and both kinds of library.
+//! C and C++ programs against the committed headers and both kinds of library.
 //!
 //! Cargo builds every kind of the library before the tests of its package, into the folder of
 //! the test programs. Linking here follows the linkers of Unix.
 #![cfg(unix)]
 
 mod common;
+mod programs;
 
-use std::env;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::path::Path;
 
-use selvedge::Status;
-use tempfile::TempDir;
-
-#[derive(Debug, Clone, Copy)]
-enum Linkage {
-    Static,
-    Shared,
-}
-
-/// A file of this package.
-fn package(path: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
-}
-
-/// Compiles `tests/c/NAME.c` without a warning and runs it; its folder is gone afterwards.
-fn run(name: &str, linkage: Linkage, arguments: &[&Path]) -> Output {
-    let folder = TempDir::new().expect("there is room for a file");
-    let program = folder.path().join(name);
-    let this = env::current_exe().expect("this program has a path");
-    let libraries = this.parent().expect("a program is in a folder");
-
-    // Rust itself links with `cc`, so it is there.
-    let mut cc = Command::new(env::var_os("CC").unwrap_or_else(|| "cc".into()));
-    cc.args(["-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-O2", "-I"]);
-    cc.arg(package("include")).arg(package(&format!("tests/c/{name}.c")));
-    match linkage {
-        Linkage::Static => cc.arg(libraries.join("libselvedge.a")),
-        Linkage::Shared => cc
-            .arg(libraries.join(format!("libselvedge{}", env::consts::DLL_SUFFIX)))
-            .arg(format!("-Wl,-rpath,{}", libraries.display())),
-    };
-    cc.args(["-lpthread", "-ldl", "-lm", "-o"]).arg(&program);
-    let compiled = cc.output().expect("a C compiler starts");
-    assert!(compiled.status.success(), "{cc:?}\n{}", String::from_utf8_lossy(&compiled.stderr));
-    Command::new(&program).args(arguments).output().expect("what was compiled starts")
-}
-
-/// What a program printed, if it ended well and had nothing to say on standard error.
-fn stdout(output: Output) -> String {
-    let stderr = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success() && stderr.is_empty(), "{}: {stderr}", output.status);
-    String::from_utf8(output.stdout).expect("the program prints ASCII")
-}
+use programs::{Compiler, Linkage, Program};
 
 #[test]
 fn c_and_rust_give_the_same_bits() {
@@ -67,7 +24,8 @@ fn c_and_rust_give_the_same_bits() {
         }
         assert!(!expected.split_whitespace().all(|bits| bits == "00000000"), "{name}: no light");
         for linkage in [Linkage::Static, Linkage::Shared] {
-            let found = stdout(run("eval", linkage, &[&common::fixture(name)]));
+            let program = Program::compile("eval.c", Compiler::Cc, linkage, &["-O2"]);
+            let found = program.stdout(&[&common::fixture(name)]);
             let differs = expected.lines().zip(found.lines()).find(|(rust, c)| rust != c);
             assert!(found == expected, "{name}, {linkage:?}: Rust and C give {differs:?}");
         }
@@ -76,28 +34,55 @@ fn c_and_rust_give_the_same_bits() {
 
 #[test]
 fn a_bad_draft_ends_the_c_program_with_its_reason() {
-    let output = run("eval", Linkage::Static, &[&common::fixture("invalid/limit.wif")]);
+    let program = Program::compile("eval.c", Compiler::Cc, Linkage::Static, &[]);
+    let output = program.run(&[], &[&common::fixture("invalid/limit.wif")]);
     let stderr = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(1));
     assert!(stderr.contains("line 17 [WARP]: 4000000000 ends, expected at most"), "{stderr}");
 }
 
+/// The programs that check every promise themselves.
+const CHECKING: [&str; 2] = ["contract.c", "wrapper.cpp"];
+
+fn draft() -> std::path::PathBuf {
+    common::fixture("drafts/plain.wif")
+}
+
 #[test]
-fn the_header_has_the_numbers_of_the_library() {
-    let expected = [
-        format!("SELVEDGE_ABI_VERSION {}", selvedge::SELVEDGE_ABI_VERSION),
-        format!("sizeof(selvedge_status) {}", size_of::<Status>()),
-        format!("SELVEDGE_STATUS_OK {}", Status::Ok as u32),
-        format!("SELVEDGE_STATUS_NULL_POINTER {}", Status::NullPointer as u32),
-        format!("SELVEDGE_STATUS_INVALID_ARGUMENT {}", Status::InvalidArgument as u32),
-        format!("SELVEDGE_STATUS_INVALID_DRAFT {}", Status::InvalidDraft as u32),
-        format!("SELVEDGE_STATUS_INVALID_CLOTH {}", Status::InvalidCloth as u32),
-        format!("SELVEDGE_STATUS_PANIC {}", Status::Panic as u32),
-        format!("version {}", env!("CARGO_PKG_VERSION")),
-    ];
-    for linkage in [Linkage::Static, Linkage::Shared] {
-        let found = stdout(run("contract", linkage, &[]));
-        let found: Vec<_> = found.lines().collect();
-        assert_eq!(found, expected, "{linkage:?}");
+fn promises_hold_from_c_and_from_cpp_by_either_compiler() {
+    for compiler in [Compiler::Cc, Compiler::Gcc, Compiler::Clang] {
+        if !compiler.is_there() {
+            eprintln!("skipped: there is no {compiler:?}");
+            continue;
+        }
+        for source in CHECKING {
+            let program = Program::compile(source, compiler, Linkage::Shared, &["-O2"]);
+            assert_eq!(program.stdout(&[&draft()]), "", "{compiler:?} {source}");
+        }
+    }
+}
+
+#[test]
+fn promises_hold_under_sanitizers() {
+    const SANITIZE: [&str; 4] =
+        ["-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"];
+    for source in CHECKING {
+        let program = Program::compile(source, Compiler::Cc, Linkage::Static, &SANITIZE);
+        assert_eq!(program.stdout(&[&draft()]), "", "{source}");
+    }
+}
+
+#[test]
+fn promises_hold_under_valgrind() {
+    if !programs::is_there("valgrind") {
+        eprintln!("skipped: there is no valgrind");
+        return;
+    }
+    for source in CHECKING {
+        let program = Program::compile(source, Compiler::Cc, Linkage::Static, &["-g"]);
+        let valgrind = ["valgrind", "-q", "--error-exitcode=9", "--leak-check=full"];
+        let output = program.run(&valgrind, &[&draft() as &Path]);
+        let text = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success() && text.is_empty(), "{source}: {text}");
     }
 }

@@ -59,18 +59,21 @@ int main(int argc, char **argv)
     size_t length = 0;
     uint8_t *bytes = argc == 2 ? read_file(argv[1], &length) : NULL;
     selvedge_draft *draft = NULL;
-    selvedge_shader *shader = NULL;
+    selvedge_fabric *fabric = NULL;
+    const selvedge_shader *shader = NULL;
     int result = 1;
 
     if (bytes == NULL)
         fprintf(stderr, "expected the path of a draft\n");
     else if (selvedge_draft_new(bytes, length, message, sizeof message, &draft) ||
-             selvedge_shader_new(draft, message, sizeof message, &shader))
+             selvedge_fabric_new(draft, NULL, 0, message, sizeof message, &fabric) ||
+             selvedge_shader_new(fabric, message, sizeof message, &shader))
         fprintf(stderr, "%s: %s\n", argv[1], message);
     else
         result = print_values(shader);
 
     selvedge_shader_free(shader);
+    selvedge_fabric_free(fabric);
     selvedge_draft_free(draft);
     free(bytes);
     return result;

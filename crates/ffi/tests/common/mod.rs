@@ -4,7 +4,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use glam::{DVec2, Vec3};
-use selvedge_yarn_brdf::{Fabric, Shader, Thread, Weave};
+use selvedge_yarn_brdf::{Cloth, Fabric, Shader, Thread, Weave};
 
 /// Path of a file among the fixtures of the workspace.
 pub(crate) fn fixture(name: &str) -> PathBuf {
@@ -16,8 +16,8 @@ pub(crate) fn read(name: &str) -> Vec<u8> {
     fs::read(fixture(name)).expect("the fixture is there")
 }
 
-/// The shader of a draft, prepared without the C interface.
-pub(crate) fn shader(name: &str) -> Shader {
+/// The cloth of a draft in the default fabric, made without the C interface.
+pub(crate) fn cloth(name: &str) -> Cloth {
     let draft = selvedge_wif::parse(&read(name)).draft.expect("the fixture is a draft");
     let drawdown = draft.drawdown().expect("the fixture has a weave");
     let (ends, picks) = (drawdown.ends(), drawdown.picks());
@@ -39,8 +39,12 @@ pub(crate) fn shader(name: &str) -> Shader {
     let ends: Vec<_> = (0..ends).map(end).collect();
     let picks: Vec<_> = (0..picks).map(pick).collect();
     let weave = weave.expect("the fixture is a weave");
-    let cloth = Fabric::default().cloth(weave, &ends, &picks);
-    cloth.and_then(|cloth| cloth.prepare()).expect("the fixture is a cloth")
+    Fabric::default().cloth(weave, &ends, &picks).expect("the fixture is a cloth")
+}
+
+/// The shader of a draft, prepared without the C interface.
+pub(crate) fn shader(name: &str) -> Shader {
+    cloth(name).prepare().expect("the fixture can be shaded")
 }
 
 /// Pairs of directions, `wi` and `wo`, as in `c/eval.c`: three above the surface, one below it,

@@ -1,0 +1,213 @@
+//! The caller's arrays of numbers and vectors: any layout that pointers and a stride can tell.
+
+use crate::batch::{BLOCK, Plane};
+use crate::status::Failure;
+
+/// Pairs of numbers, each component with a pointer of its own, so that both arrays of structures
+/// (`{p, p + 1}`, stride `2 * sizeof(double)`) and structures of arrays (`{u, v}`, stride
+/// `sizeof(double)`) are told without a copy.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct Positions {
+    /// Of the first point.
+    pub component: [*const f64; 2],
+    /// Bytes from one point to the next, of any alignment; 0 gives all points the first.
+    pub stride: isize,
+}
+
+/// Vectors, each component with a pointer of its own.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct Vectors {
+    /// Of the first point.
+    pub component: [*const f32; 3],
+    /// Bytes from one point to the next, of any alignment; 0 gives all points the first.
+    pub stride: isize,
+}
+
+/// Numbers.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct Numbers {
+    /// That of the first point.
+    pub values: *const f32,
+    /// Bytes from one point to the next, of any alignment; 0 gives all points the first.
+    pub stride: isize,
+}
+
+/// Flags.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct Flags {
+    /// That of the first point.
+    pub values: *const u8,
+    /// Bytes from one point to the next; 0 gives all points the first.
+    pub stride: isize,
+}
+
+/// Where vectors go, each component with a pointer of its own.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct VectorsOut {
+    /// Of the first point.
+    pub component: [*mut f32; 3],
+    /// Bytes from one point to the next, of any alignment.
+    pub stride: isize,
+}
+
+/// Where numbers go.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct NumbersOut {
+    /// Of the first point.
+    pub values: *mut f32,
+    /// Bytes from one point to the next, of any alignment.
+    pub stride: isize,
+}
+
+impl Positions {
+    pub(crate) fn check(&self, count: usize, name: &str) -> Result<(), Failure> {
+        let is_null = self.component.iter().any(|component| component.is_null());
+        check(count, self.stride, is_null, name)
+    }
+
+    /// # Safety
+    ///
+    /// There are elements of all points from `first` on that are active.
+    pub(crate) unsafe fn gather(
+        &self,
+        first: usize,
+        active: &[bool],
+        planes: &mut [[f64; BLOCK]; 2],
+    ) {
+        for (plane, start) in planes.iter_mut().zip(self.component) {
+            // SAFETY: the caller vouches for the elements.
+            unsafe { gather(start, self.stride, first, active, plane) };
+        }
+    }
+}
+
+impl Vectors {
+    pub(crate) fn check(&self, count: usize, name: &str) -> Result<(), Failure> {
+        let is_null = self.component.iter().any(|component| component.is_null());
+        check(count, self.stride, is_null, name)
+    }
+
+    /// # Safety
+    ///
+    /// There are elements of all points from `first` on that are active.
+    pub(crate) unsafe fn gather(&self, first: usize, active: &[bool], planes: &mut [Plane; 3]) {
+        for (plane, start) in planes.iter_mut().zip(self.component) {
+            // SAFETY: the caller vouches for the elements.
+            unsafe { gather(start, self.stride, first, active, plane) };
+        }
+    }
+}
+
+impl Flags {
+    pub(crate) fn check(&self, count: usize, name: &str) -> Result<(), Failure> {
+        check(count, self.stride, false, name)
+    }
+
+    /// # Safety
+    ///
+    /// There are no flags, or those of all points from `first` on.
+    pub(crate) unsafe fn gather(&self, first: usize, active: &mut [bool]) {
+        for (i, active) in active.iter_mut().enumerate() {
+            let at = offset(self.stride, first + i);
+            // SAFETY: the caller vouches for the flag.
+            *active =
+                self.values.is_null() || unsafe { *self.values.wrapping_byte_offset(at) } != 0;
+        }
+    }
+}
+
+impl VectorsOut {
+    pub(crate) fn check(&self, count: usize, name: &str) -> Result<(), Failure> {
+        let is_null = self.component.iter().any(|component| component.is_null());
+        check(count, self.stride, is_null, name)?;
+        check_apart(count, self.stride, name)
+    }
+
+    /// # Safety
+    ///
+    /// There are places for all points from `first` on that are active.
+    pub(crate) unsafe fn scatter(&self, first: usize, active: &[bool], planes: &[Plane; 3]) {
+        for (plane, start) in planes.iter().zip(self.component) {
+            // SAFETY: the caller vouches for the places.
+            unsafe { scatter(start, self.stride, first, active, plane) };
+        }
+    }
+}
+
+impl NumbersOut {
+    pub(crate) fn check(&self, count: usize, name: &str) -> Result<(), Failure> {
+        check(count, self.stride, self.values.is_null(), name)?;
+        check_apart(count, self.stride, name)
+    }
+
+    /// # Safety
+    ///
+    /// There are places for all points from `first` on that are active.
+    pub(crate) unsafe fn scatter(&self, first: usize, active: &[bool], plane: &Plane) {
+        // SAFETY: the caller vouches for the places.
+        unsafe { scatter(self.values, self.stride, first, active, plane) };
+    }
+}
+
+/// Whether there are arrays for `count` points, which fit into memory.
+fn check(count: usize, stride: isize, is_null: bool, name: &str) -> Result<(), Failure> {
+    if count == 0 {
+        return Ok(());
+    }
+    if is_null {
+        return Err(Failure::null(name));
+    }
+    let count_as_signed = isize::try_from(count).ok();
+    if count_as_signed.and_then(|count| stride.checked_abs()?.checked_mul(count)).is_none() {
+        let found = format!("{count} points {stride} bytes apart");
+        return Err(Failure::argument(name, found, "no more than memory can hold"));
+    }
+    Ok(())
+}
+
+/// Whether the places of an output are not one and the same.
+fn check_apart(count: usize, stride: isize, name: &str) -> Result<(), Failure> {
+    if count > 1 && stride == 0 {
+        return Err(Failure::argument(&format!("{name}.stride"), 0, "places of their own"));
+    }
+    Ok(())
+}
+
+/// Bytes from the first point to the one of this number, which [`check`] has found to fit.
+fn offset(stride: isize, index: usize) -> isize {
+    stride.wrapping_mul(index as isize)
+}
+
+/// # Safety
+///
+/// There are elements of all points from `first` on that are active.
+unsafe fn gather<T: Copy>(
+    start: *const T,
+    stride: isize,
+    first: usize,
+    active: &[bool],
+    to: &mut [T],
+) {
+    for (i, (to, _)) in to.iter_mut().zip(active).enumerate().filter(|(_, (_, active))| **active) {
+        let at = start.wrapping_byte_offset(offset(stride, first + i));
+        // SAFETY: the caller vouches for the element.
+        *to = unsafe { at.read_unaligned() };
+    }
+}
+
+/// # Safety
+///
+/// There are places for all points from `first` on that are active.
+unsafe fn scatter(start: *mut f32, stride: isize, first: usize, active: &[bool], from: &[f32]) {
+    for (i, (&from, _)) in from.iter().zip(active).enumerate().filter(|(_, (_, active))| **active) {
+        let at = start.wrapping_byte_offset(offset(stride, first + i));
+        // SAFETY: the caller vouches for the place.
+        unsafe { at.write_unaligned(from) };
+    }
+}
