@@ -242,9 +242,11 @@ pub(crate) fn target(index: u32) -> Result<Target, Failure> {
         Entry::Number(number) if number.name != "size" && !number.name.starts_with("noise.") => {
             Ok(Target::Parameter(number.name))
         }
-        other => {
-            Err(Failure::argument("index", other.name(), "a parameter that a texture may determine"))
-        }
+        other => Err(Failure::argument(
+            "index",
+            other.name(),
+            "a parameter that a texture may determine",
+        )),
     }
 }
 

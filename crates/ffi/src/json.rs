@@ -146,7 +146,7 @@ mod tests {
                 "[]",
                 "fabric: line 1, column 0: invalid type: sequence, expected an object, a fabric",
             ),
-            ("{\n\"version\": 2}", "fabric: line 2, column 12: version 2, expected 1"),
+            ("{\n\"version\": 2}", "fabric: line 2, column 13: version 2, expected 1"),
             (
                 "{\"yarn\": {\n\"sigm\": 1}}",
                 "fabric: line 2, column 6: unknown field `sigm`, expected one of `color`",

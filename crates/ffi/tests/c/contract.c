@@ -196,13 +196,12 @@ static selvedge_fabric *fabrics(const selvedge_draft *draft, const char *path)
 static void textures(selvedge_fabric *fabric)
 {
     const selvedge_shader *shader = NULL;
-    uint32_t color = 0, size = 0, psi = 0;
+    uint32_t color = 0, size = 0;
     int calls = 0;
     float f[3] = {7.0f, 7.0f, 7.0f};
 
     DONE(selvedge_parameter_find("color", NULL, 0, &color));
     DONE(selvedge_parameter_find("size", NULL, 0, &size));
-    DONE(selvedge_parameter_find("psi", NULL, 0, &psi));
     REFUSED(NULL_POINTER,
             selvedge_fabric_set_texture(fabric, 0, color, NULL, NULL, 0.0f, 1.0f, NULL, 0));
     REFUSED(NULL_POINTER,
@@ -216,7 +215,6 @@ static void textures(selvedge_fabric *fabric)
     REFUSED(INVALID_ARGUMENT,
             selvedge_fabric_set_texture(fabric, 0, size, checks, NULL, 0.0f, 1.0f, NULL, 0));
     DONE(selvedge_fabric_set_texture(fabric, 0, color, checks, &calls, 0.0f, 1.0f, NULL, 0));
-    DONE(selvedge_fabric_set_texture(fabric, 0, psi, checks, &calls, 0.1f, 0.3f, NULL, 0));
     DONE(selvedge_shader_new(fabric, NULL, 0, &shader));
     DONE(selvedge_shader_eval(shader, uv, wi, wo, f));
     CHECK(calls >= 1 && f[0] > f[1] && f[2] > f[0] && f[1] >= 0.0f);

@@ -3,15 +3,13 @@
 //!
 //! A line that is gone or differs breaks programs that were compiled before, and takes a new generation
 //! of `SELVEDGE_ABI_VERSION`; a line more takes one more addition. `BLESS=1` rewrites the list.
-#![cfg(all(unix, target_pointer_width = "64"))]
-
-mod programs;
+#![cfg(target_pointer_width = "64")]
 
 use std::collections::BTreeSet;
 use std::process::Command;
 use std::{env, fs};
 
-use programs::{Compiler, Linkage, Program, libraries, package};
+use crate::programs::{self, Compiler, Linkage, Program, libraries, package};
 use tempfile::TempDir;
 
 /// The header without its comments.
