@@ -1057,6 +1057,8 @@ selvedge_status selvedge_shader_sample(const struct selvedge_shader *shader,
 /**
  * Writes to `albedo` the share of the light from all sides that is reflected to `wo` at `uv`: linear
  * red, green and blue, good to some hundredths, that of the highlight averaged over its piece of yarn.
+ * Where the diffuse reflection follows the yarn's normal it is that of the point, which may be above 1
+ * at the expense of its neighbours.
  *
  * # Safety
  *

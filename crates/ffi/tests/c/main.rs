@@ -87,3 +87,28 @@ fn promises_hold_under_valgrind() {
     let text = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success() && text.is_empty(), "{text}");
 }
+
+#[test]
+fn the_example_draws_a_swatch() {
+    let source = programs::package("hosts/c/swatch.c");
+    let lines = std::fs::read_to_string(&source).unwrap().lines().count();
+    assert!(lines <= 80, "{lines} lines");
+    let source = source.to_str().expect("the package has a path in UTF-8");
+    let program = Program::compile(source, Compiler::Cc, Linkage::Shared, &["-O2"]);
+    let folder = tempfile::TempDir::new().unwrap();
+    let picture = folder.path().join("denim.ppm");
+    program.stdout(&[&common::fixture("fabrics/denim.json"), &picture]);
+    let bytes = std::fs::read(&picture).unwrap();
+    let (header, pixels) = bytes.split_at(15);
+    assert_eq!((header, pixels.len()), (&b"P6 400 400 255\n"[..], 400 * 400 * 3));
+    let mean = |channel: usize| {
+        let sum: u64 = pixels.iter().skip(channel).step_by(3).map(|&value| value.into()).sum();
+        sum / (400 * 400)
+    };
+    assert!(mean(2) > mean(0) + 20, "denim is blue: {} {} {}", mean(0), mean(1), mean(2));
+    let failed = program.run(&[], &[Path::new("no such file"), &picture]);
+    assert_eq!(failed.status.code(), Some(1));
+    assert!(
+        String::from_utf8_lossy(&failed.stderr).starts_with("swatch: no such file: cannot be read")
+    );
+}
