@@ -8,7 +8,7 @@ use crate::point::drawn;
 use crate::points::Lobes;
 
 /// Points that are shaded together: enough to pay for the call, and few enough for the nearest cache.
-pub(crate) const BLOCK: usize = 128;
+pub(crate) const BLOCK: usize = 64;
 
 /// One component of a vector, of each point.
 pub(crate) type Plane = [f32; BLOCK];
@@ -131,7 +131,9 @@ pub(crate) fn opacity(shader: &Shader, block: &Block, found: &mut Found) {
     }
 }
 
-/// f of the lobes asked for.
+/// f of the lobes asked for. Inlined, so that vectors stay in registers: through memory they would be read
+/// in pieces other than they were written in, which stalls.
+#[inline(always)]
 fn chosen(shader: &Shader, lobes: Lobes, uv: DVec2, wi: Vec3, wo: Vec3) -> Vec3 {
     match lobes {
         Lobes::Both => shader.eval(uv, wi, wo),

@@ -1,5 +1,7 @@
 //! The caller's arrays of numbers and vectors: any layout that pointers and a stride can tell.
 
+use std::{array, ptr};
+
 use crate::batch::{BLOCK, Plane};
 use crate::status::Failure;
 
@@ -80,10 +82,8 @@ impl Positions {
         active: &[bool],
         planes: &mut [[f64; BLOCK]; 2],
     ) {
-        for (plane, start) in planes.iter_mut().zip(self.component) {
-            // SAFETY: the caller vouches for the elements.
-            unsafe { gather(start, self.stride, first, active, plane) };
-        }
+        // SAFETY: the caller vouches for the elements.
+        unsafe { gather(self.component, self.stride, first, active, planes) };
     }
 }
 
@@ -97,10 +97,8 @@ impl Vectors {
     ///
     /// There are elements of all points from `first` on that are active.
     pub(crate) unsafe fn gather(&self, first: usize, active: &[bool], planes: &mut [Plane; 3]) {
-        for (plane, start) in planes.iter_mut().zip(self.component) {
-            // SAFETY: the caller vouches for the elements.
-            unsafe { gather(start, self.stride, first, active, plane) };
-        }
+        // SAFETY: the caller vouches for the elements.
+        unsafe { gather(self.component, self.stride, first, active, planes) };
     }
 }
 
@@ -113,6 +111,10 @@ impl Flags {
     ///
     /// There are no flags, or those of all points from `first` on.
     pub(crate) unsafe fn gather(&self, first: usize, active: &mut [bool]) {
+        if self.values.is_null() {
+            active.fill(true);
+            return;
+        }
         for (i, active) in active.iter_mut().enumerate() {
             let at = offset(self.stride, first + i);
             // SAFETY: the caller vouches for the flag.
@@ -133,10 +135,8 @@ impl VectorsOut {
     ///
     /// There are places for all points from `first` on that are active.
     pub(crate) unsafe fn scatter(&self, first: usize, active: &[bool], planes: &[Plane; 3]) {
-        for (plane, start) in planes.iter().zip(self.component) {
-            // SAFETY: the caller vouches for the places.
-            unsafe { scatter(start, self.stride, first, active, plane) };
-        }
+        // SAFETY: the caller vouches for the places.
+        unsafe { scatter(self.component, self.stride, first, active, planes) };
     }
 }
 
@@ -151,7 +151,7 @@ impl NumbersOut {
     /// There are places for all points from `first` on that are active.
     pub(crate) unsafe fn scatter(&self, first: usize, active: &[bool], plane: &Plane) {
         // SAFETY: the caller vouches for the places.
-        unsafe { scatter(self.values, self.stride, first, active, plane) };
+        unsafe { scatter([self.values], self.stride, first, active, array::from_ref(plane)) };
     }
 }
 
@@ -187,27 +187,62 @@ fn offset(stride: isize, index: usize) -> isize {
 /// # Safety
 ///
 /// There are elements of all points from `first` on that are active.
-unsafe fn gather<T: Copy>(
-    start: *const T,
+unsafe fn gather<T: Copy, const N: usize>(
+    starts: [*const T; N],
     stride: isize,
     first: usize,
     active: &[bool],
-    to: &mut [T],
+    planes: &mut [[T; BLOCK]; N],
 ) {
-    for (i, (to, _)) in to.iter_mut().zip(active).enumerate().filter(|(_, (_, active))| **active) {
-        let at = start.wrapping_byte_offset(offset(stride, first + i));
-        // SAFETY: the caller vouches for the element.
-        *to = unsafe { at.read_unaligned() };
+    let starts = starts.map(|start| start.wrapping_byte_offset(offset(stride, first)));
+    let is_full = is_full(active);
+    // SAFETY: the caller vouches for the elements that are read.
+    unsafe {
+        if is_full && stride == size_of::<T>() as isize {
+            let bytes = active.len() * size_of::<T>();
+            for (plane, start) in planes.iter_mut().zip(starts) {
+                ptr::copy_nonoverlapping(start.cast::<u8>(), plane.as_mut_ptr().cast(), bytes);
+            }
+            return;
+        }
+        for i in (0..active.len().min(BLOCK)).filter(|&i| is_full || active[i]) {
+            for (plane, start) in planes.iter_mut().zip(starts) {
+                plane[i] = start.wrapping_byte_offset(offset(stride, i)).read_unaligned();
+            }
+        }
     }
 }
 
 /// # Safety
 ///
 /// There are places for all points from `first` on that are active.
-unsafe fn scatter(start: *mut f32, stride: isize, first: usize, active: &[bool], from: &[f32]) {
-    for (i, (&from, _)) in from.iter().zip(active).enumerate().filter(|(_, (_, active))| **active) {
-        let at = start.wrapping_byte_offset(offset(stride, first + i));
-        // SAFETY: the caller vouches for the place.
-        unsafe { at.write_unaligned(from) };
+unsafe fn scatter<const N: usize>(
+    starts: [*mut f32; N],
+    stride: isize,
+    first: usize,
+    active: &[bool],
+    planes: &[Plane; N],
+) {
+    let starts = starts.map(|start| start.wrapping_byte_offset(offset(stride, first)));
+    let is_full = is_full(active);
+    // SAFETY: the caller vouches for the places that are written.
+    unsafe {
+        if is_full && stride == size_of::<f32>() as isize {
+            let bytes = active.len() * size_of::<f32>();
+            for (plane, start) in planes.iter().zip(starts) {
+                ptr::copy_nonoverlapping(plane.as_ptr().cast::<u8>(), start.cast(), bytes);
+            }
+            return;
+        }
+        for i in (0..active.len().min(BLOCK)).filter(|&i| is_full || active[i]) {
+            for (plane, start) in planes.iter().zip(starts) {
+                start.wrapping_byte_offset(offset(stride, i)).write_unaligned(plane[i]);
+            }
+        }
     }
+}
+
+/// Whether no point is left out, which saves looking at each.
+fn is_full(active: &[bool]) -> bool {
+    active.iter().all(|&active| active)
 }

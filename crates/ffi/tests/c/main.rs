@@ -102,7 +102,7 @@ fn the_example_draws_a_swatch() {
     let (header, pixels) = bytes.split_at(15);
     assert_eq!((header, pixels.len()), (&b"P6 400 400 255\n"[..], 400 * 400 * 3));
     let mean = |channel: usize| {
-        let sum: u64 = pixels.iter().skip(channel).step_by(3).map(|&value| value.into()).sum();
+        let sum: u64 = pixels.iter().skip(channel).step_by(3).copied().map(u64::from).sum();
         sum / (400 * 400)
     };
     assert!(mean(2) > mean(0) + 20, "denim is blue: {} {} {}", mean(0), mean(1), mean(2));
