@@ -861,6 +861,26 @@ selvedge_status selvedge_fabric_yarns(const struct selvedge_fabric *fabric,
                                       uint32_t *yarns);
 
 /**
+ * Has shaders made of the fabric from now on scale the highlight of the type `yarn` as another shader of
+ * the same fabric does, whose `selvedge_shader_divisors` these are, wherever it was made. A `length` of 0
+ * has them find their own again.
+ *
+ * Whether there are as many as such a shader has, and all are positive and finite, is checked when one is
+ * made.
+ *
+ * # Safety
+ *
+ * `fabric` is NULL or a fabric not freed, which no other thread uses; `divisors` is NULL or points to
+ * `length` numbers; `message` is NULL or points to `message_size` bytes.
+ */
+selvedge_status selvedge_fabric_set_divisors(struct selvedge_fabric *fabric,
+                                             uint32_t yarn,
+                                             const float *divisors,
+                                             size_t length,
+                                             char *message,
+                                             size_t message_size);
+
+/**
  * Frees a fabric; NULL is nothing to free. Shaders made of it stay.
  *
  * # Safety
@@ -1299,6 +1319,28 @@ selvedge_status selvedge_shader_warnings(const struct selvedge_shader *shader,
                                          char *text,
                                          size_t text_size,
                                          size_t *length);
+
+/**
+ * Writes to `*count` how many numbers it takes to scale the highlight of the type `yarn`, and these to
+ * `divisors` if its `length` is at least that.
+ *
+ * They are 1 / factor for each kind of piece of yarn and each shape in turn, the result of a search when the
+ * shader was made. `selvedge_fabric_set_divisors` has another machine, or a later library, scale as this one.
+ * Fails with `SELVEDGE_STATUS_INVALID_ARGUMENT` if there is no such type.
+ *
+ * # Safety
+ *
+ * `shader` is NULL or a shader not freed; `message` is NULL or points to `message_size` bytes; `divisors`
+ * points to `length` numbers, or is NULL for a `length` of 0; `count` is NULL or points to a number. Safe
+ * from any thread.
+ */
+selvedge_status selvedge_shader_divisors(const struct selvedge_shader *shader,
+                                         uint32_t yarn,
+                                         size_t length,
+                                         char *message,
+                                         size_t message_size,
+                                         float *divisors,
+                                         size_t *count);
 
 /**
  * Writes to `*normalization`, whose `struct_size` the caller has set, by what the highlight of the

@@ -1,5 +1,6 @@
 //! `selvedge_fabric`: a draft and the yarn it is woven of, which a host may change.
 
+use std::collections::BTreeMap;
 use std::ffi::{CStr, c_char};
 
 use selvedge_yarn_brdf::Cloth;
@@ -17,6 +18,8 @@ use crate::{guard, non_null};
 #[derive(Debug)]
 pub struct Fabric {
     pub(crate) cloth: Cloth,
+    /// What the highlight of a type of yarn is divided by, where that is not to be found.
+    pub(crate) divisors: BTreeMap<u16, Vec<f32>>,
     /// What its text says in vain, a line for each.
     pub(crate) warnings: String,
 }
@@ -226,6 +229,44 @@ pub unsafe extern "C" fn selvedge_fabric_yarns(
     })
 }
 
+/// Has shaders made of the fabric from now on scale the highlight of the type `yarn` as another shader of
+/// the same fabric does, whose `selvedge_shader_divisors` these are, wherever it was made. A `length` of 0
+/// has them find their own again.
+///
+/// Whether there are as many as such a shader has, and all are positive and finite, is checked when one is
+/// made.
+///
+/// # Safety
+///
+/// `fabric` is NULL or a fabric not freed, which no other thread uses; `divisors` is NULL or points to
+/// `length` numbers; `message` is NULL or points to `message_size` bytes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn selvedge_fabric_set_divisors(
+    fabric: *mut Fabric,
+    yarn: u32,
+    divisors: *const f32,
+    length: usize,
+    message: *mut c_char,
+    message_size: usize,
+) -> Status {
+    // SAFETY: the caller vouches for `message_size` bytes.
+    let message = unsafe { Message::new(message, message_size) };
+    guard(message, || {
+        let (mut fabric, divisors) = (non_null(fabric, "fabric")?, non_null(divisors, "divisors")?);
+        // SAFETY: not NULL, so the caller vouches for a live fabric that nobody else uses.
+        let fabric = unsafe { fabric.as_mut() };
+        let yarn = fabric.check_yarn(yarn)?;
+        // SAFETY: not NULL, so the caller vouches for `length` numbers.
+        let divisors = unsafe { memory::slice(divisors, length, "length") }?.to_vec();
+        if divisors.is_empty() {
+            fabric.divisors.remove(&yarn);
+        } else {
+            fabric.divisors.insert(yarn, divisors);
+        }
+        Ok(())
+    })
+}
+
 /// Frees a fabric; NULL is nothing to free. Shaders made of it stay.
 ///
 /// # Safety
@@ -251,7 +292,11 @@ impl Fabric {
         let unused = text.fabric.unused(ends, picks).into_iter();
         let unused = unused
             .map(|index| format!("override {}: found no such threads in the draft", index + 1));
-        Ok(Self { cloth, warnings: unused.collect::<Vec<_>>().join("\n") })
+        Ok(Self {
+            cloth,
+            divisors: BTreeMap::new(),
+            warnings: unused.collect::<Vec<_>>().join("\n"),
+        })
     }
 
     /// The fabric in a file, whose text begins with a brace unless it is that of a draft.

@@ -84,7 +84,12 @@ pub unsafe extern "C" fn selvedge_shader_new(
         // SAFETY: not NULL, so the caller vouches for a live fabric, which nobody changes.
         let fabric = unsafe { fabric.as_ref() };
         let shader = fabric.cloth.prepare();
-        let shader = shader.map_err(|error| Failure::from_error(Status::InvalidCloth, &error))?;
+        let mut shader =
+            shader.map_err(|error| Failure::from_error(Status::InvalidCloth, &error))?;
+        for (&yarn, divisors) in &fabric.divisors {
+            let set = shader.set_divisors(yarn, divisors);
+            set.map_err(|error| Failure::from_error(Status::InvalidCloth, &error))?;
+        }
         let lowered = shader.lowered().iter().map(ToString::to_string);
         let unused = Some(fabric.warnings.clone()).filter(|text| !text.is_empty());
         let warnings = unused.into_iter().chain(lowered).collect::<Vec<_>>().join("\n");
@@ -185,6 +190,49 @@ pub unsafe extern "C" fn selvedge_shader_warnings(
             Message::new(text, text_size).write(warnings);
             output.write(warnings.len());
         }
+        Ok(())
+    })
+}
+
+/// Writes to `*count` how many numbers it takes to scale the highlight of the type `yarn`, and these to
+/// `divisors` if its `length` is at least that.
+///
+/// They are 1 / factor for each kind of piece of yarn and each shape in turn, the result of a search when the
+/// shader was made. `selvedge_fabric_set_divisors` has another machine, or a later library, scale as this one.
+/// Fails with `SELVEDGE_STATUS_INVALID_ARGUMENT` if there is no such type.
+///
+/// # Safety
+///
+/// `shader` is NULL or a shader not freed; `message` is NULL or points to `message_size` bytes; `divisors`
+/// points to `length` numbers, or is NULL for a `length` of 0; `count` is NULL or points to a number. Safe
+/// from any thread.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn selvedge_shader_divisors(
+    shader: *const Shader,
+    yarn: u32,
+    length: usize,
+    message: *mut c_char,
+    message_size: usize,
+    divisors: *mut f32,
+    count: *mut usize,
+) -> Status {
+    // SAFETY: the caller vouches for `message_size` bytes.
+    let message = unsafe { Message::new(message, message_size) };
+    guard(message, || {
+        let (shader, output) = (non_null(shader, "shader")?, non_null(count, "count")?);
+        // SAFETY: not NULL, so the caller vouches for a live shader, which nothing changes.
+        let shader = unsafe { shader.as_ref() };
+        let found = u16::try_from(yarn).ok().and_then(|yarn| shader.shader.divisors(yarn));
+        let found = found.ok_or_else(|| no_yarn(yarn, shader.yarns as usize))?;
+        if length >= found.len() {
+            let start = non_null(divisors, "divisors")?;
+            for (index, &divisor) in found.iter().enumerate() {
+                // SAFETY: not NULL, so the caller vouches for `length` numbers.
+                unsafe { start.add(index).write_unaligned(divisor) };
+            }
+        }
+        // SAFETY: not NULL, so the caller vouches for a number there.
+        unsafe { output.write_unaligned(found.len()) };
         Ok(())
     })
 }

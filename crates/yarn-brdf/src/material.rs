@@ -14,7 +14,7 @@ use crate::frame::Vector;
 use crate::lanes::quadruples;
 use crate::place::Look;
 use crate::real::Scalar;
-use crate::reflectance::Reflectance;
+use crate::reflectance::{Reflectance, SHAPES};
 use crate::segment::{Optics, normal};
 use crate::texture::{Target, Texture};
 use crate::variants::{Tables, Variants};
@@ -216,6 +216,27 @@ impl Materials {
             + tables.iter().map(|(_, bytes)| bytes).sum::<usize>()
     }
 
+    /// What the highlight of a type of yarn is divided by; see [`Shader::divisors`](crate::Shader::divisors).
+    pub(crate) fn divisors(&self, yarn: usize) -> Option<Vec<f32>> {
+        let tables = self.single.get(yarn)?.reflectances();
+        Some(tables.flat_map(|table| table.divisors()).copied().collect())
+    }
+
+    /// Sets what [`Materials::divisors`] tells; there are as many.
+    pub(crate) fn set_divisors(&mut self, yarn: usize, divisors: &[f32]) {
+        let (single, double) = (&mut self.single[yarn], &mut self.double[yarn]);
+        let tables = single.reflectances_mut().zip(double.reflectances_mut());
+        let (divisors, _) = divisors.as_chunks::<SHAPES>();
+        for ((single, double), divisors) in tables.zip(divisors) {
+            if single.divisors() != divisors {
+                *single = Arc::new(single.with_divisors(*divisors));
+                *double = single.clone();
+            }
+        }
+        // Types that were alike may no longer be.
+        self.side_by_side = SideBySide::new(&self.single, &self.kinds);
+    }
+
     /// Records that segments are too short for their yarn's u_max, or refuses them.
     fn note_steep(
         &mut self,
@@ -336,6 +357,12 @@ impl<R> Material<R> {
     fn reflectances(&self) -> impl Iterator<Item = &Arc<Reflectance>> {
         let lowered = self.lowered.iter().map(|(_, piece)| &piece.reflectance);
         [&self.bent.1.reflectance, &self.straight.reflectance].into_iter().chain(lowered)
+    }
+
+    /// [`Material::reflectances`] to be replaced.
+    fn reflectances_mut(&mut self) -> impl Iterator<Item = &mut Arc<Reflectance>> {
+        let lowered = self.lowered.iter_mut().map(|(_, piece)| &mut piece.reflectance);
+        [&mut self.bent.1.reflectance, &mut self.straight.reflectance].into_iter().chain(lowered)
     }
 
     /// The piece for a segment of the shape `ratio` = w/l.

@@ -19,7 +19,7 @@ const QUICK_SHORTFALL: f64 = 1e-3;
 const MAX_DENSITY: f64 = 2.0;
 
 /// Shapes w/l between which 1/factor is interpolated.
-const SHAPES: usize = 9;
+pub(crate) const SHAPES: usize = 9;
 
 /// The highlight's albedo over direction, with the factor that normalises it.
 #[derive(Clone, Debug)]
@@ -159,6 +159,23 @@ impl Reflectance {
             [base, base - slope * self.ratio_max]
         });
         ends.fold([0.0; 2], |[a, b], [long, short]| [long.max(a), short.max(b)])
+    }
+
+    /// 1/factor for even steps of w/l.
+    pub(crate) fn divisors(&self) -> &[f32] {
+        &self.divisors[..SHAPES]
+    }
+
+    /// The same with other factors.
+    pub(crate) fn with_divisors(&self, divisors: [f32; SHAPES]) -> Self {
+        let padded = core::array::from_fn(|shape| divisors[shape.min(SHAPES - 1)]);
+        let mut reflectance = Self { divisors: padded, ..self.clone() };
+        let ends = [divisors[0], divisors[SHAPES - 1]].map(f64::from);
+        for (normalization, divisor) in reflectance.normalizations.iter_mut().zip(ends) {
+            normalization.factor = divisor.recip();
+            normalization.upper_bound = divisor;
+        }
+        reflectance
     }
 
     /// Raises the table by a `share` of its greatest albedos.

@@ -11,6 +11,7 @@ use crate::far::Far;
 use crate::frame::{Vector, from_yarn, to_yarn};
 use crate::lanes::Wide;
 use crate::material::{Lowered, Material, Materials, Piece};
+use crate::parameter::ParamError;
 use crate::phase::Parts;
 use crate::place::Place;
 use crate::real::{Real, Scalar};
@@ -269,6 +270,36 @@ impl Shader {
     pub fn normalization(&self, yarn: u16) -> Option<[Normalization; 2]> {
         let material = self.materials.double.get(usize::from(yarn))?;
         Some(material.piece(false, 0.0).reflectance.normalizations)
+    }
+
+    /// What the highlight of a type of yarn is divided by, 1 over the factors of equation 2, for each of
+    /// its kinds of segment and each shape in turn; `None` if there is no such type.
+    ///
+    /// They are the result of a search. A shader of the same cloth to which another's divisors are
+    /// [given](Shader::set_divisors) is scaled as the other, wherever it was prepared.
+    pub fn divisors(&self, yarn: u16) -> Option<Vec<f32>> {
+        self.materials.divisors(usize::from(yarn))
+    }
+
+    /// Sets what [`Shader::divisors`] tells of a type of yarn. It is the caller's choice then what the
+    /// cloth reflects.
+    ///
+    /// # Errors
+    ///
+    /// If there are not as many, or one is not a positive finite number.
+    pub fn set_divisors(&mut self, yarn: u16, divisors: &[f32]) -> Result<(), ParamError> {
+        let expected = self.divisors(yarn).map_or(0, |known| known.len()) as f64;
+        if divisors.is_empty() || divisors.len() as f64 != expected {
+            let found = divisors.len() as f64;
+            return Err(ParamError::new("divisors", found, expected, expected));
+        }
+        let range = f32::MIN_POSITIVE..=f32::MAX;
+        if let Some(&wrong) = divisors.iter().find(|divisor| !range.contains(divisor)) {
+            let [low, high] = [f32::MIN_POSITIVE, f32::MAX].map(f64::from);
+            return Err(ParamError::new("divisor", wrong.into(), low, high));
+        }
+        self.materials.set_divisors(usize::from(yarn), divisors);
+        Ok(())
     }
 
     /// The types of yarn whose shortest segments are too short for their u_max, and what it became.

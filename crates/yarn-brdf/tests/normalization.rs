@@ -8,7 +8,8 @@ mod brute_force;
 mod yarns;
 
 use brute_force::greatest_albedo;
-use selvedge_yarn_brdf::Mode;
+use selvedge_yarn_brdf::glam::{DVec2, Vec3};
+use selvedge_yarn_brdf::{Mode, Shader, Yarn};
 use yarns::{USUAL, cloth, yarn};
 
 /// What the quadrature of the search may be off by.
@@ -47,4 +48,46 @@ fn factor_is_the_same_to_the_bit_every_time() {
         assert!(all.iter().all(|&factors| factors == first), "{threads} threads");
     }
     assert_eq!(cloth.normalization, Mode::Segment);
+}
+
+#[test]
+fn divisors_of_another_shader_scale_the_highlight_as_there() {
+    let of = |psi| Yarn { psi, ..yarn(5, &USUAL) };
+    let prepared = |yarn: Yarn| cloth(&[yarn]).prepare().expect("every parameter is in range");
+    let (mut shader, other) = (prepared(of(0.3)), prepared(of(0.4)));
+    let specular = |shader: &Shader| {
+        let [wi, wo] = [Vec3::new(0.6, 0.0, 0.8), Vec3::new(0.0, 0.6, 0.8)];
+        (0..200_u16)
+            .map(|i| 1e-5 * f64::from(i))
+            .map(|u| shader.eval_lobes(DVec2::new(u, 1.7 * u), wi, wo).specular.x)
+            .collect::<Vec<_>>()
+    };
+    let (own, before) = (shader.divisors(0).expect("there is a yarn"), specular(&shader));
+    assert!(before.iter().any(|&value| value > 0.0));
+
+    let doubled: Vec<_> = own.iter().map(|divisor| 2.0 * divisor).collect();
+    assert_eq!(shader.set_divisors(0, &doubled), Ok(()));
+    let after = specular(&shader);
+    for (before, after) in before.iter().zip(&after) {
+        assert!((before - 2.0 * after).abs() <= 1e-6 * before, "{before}, then {after}");
+    }
+    let factors = shader.normalization(0).expect("there is a yarn").map(|n| n.factor);
+    assert!((factors[0] * f64::from(doubled[0]) - 1.0).abs() < 1e-7, "{factors:?}");
+
+    assert_eq!(shader.set_divisors(0, &own), Ok(()));
+    assert_eq!(specular(&shader), before);
+    let theirs = other.divisors(0).expect("there is a yarn");
+    assert_eq!(shader.set_divisors(0, &theirs), Ok(()));
+    assert_eq!(shader.divisors(0), Some(theirs));
+
+    for (divisors, name) in [
+        (vec![], "divisors"),
+        (vec![1.0; own.len() + 1], "divisors"),
+        (vec![0.0; own.len()], "divisor"),
+        (vec![f32::NAN; own.len()], "divisor"),
+    ] {
+        let error = shader.set_divisors(0, &divisors).expect_err("wrong");
+        assert_eq!(error.name, name, "{divisors:?}");
+    }
+    assert!(shader.set_divisors(9, &own).is_err() && shader.divisors(9).is_none());
 }

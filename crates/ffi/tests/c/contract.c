@@ -369,6 +369,42 @@ static void batches(const selvedge_shader *shader)
     free(yarns);
 }
 
+static void divisors(selvedge_fabric *fabric)
+{
+    const selvedge_shader *shader = NULL;
+    float found[256], f[3], g[3], more[256];
+    size_t count = 99;
+
+    DONE(selvedge_shader_new(fabric, NULL, 0, &shader));
+    REFUSED(NULL_POINTER, selvedge_shader_divisors(NULL, 0, 0, NULL, 0, NULL, &count));
+    REFUSED(NULL_POINTER, selvedge_shader_divisors(shader, 0, 256, NULL, 0, NULL, &count));
+    REFUSED(NULL_POINTER, selvedge_shader_divisors(shader, 0, 0, NULL, 0, NULL, NULL));
+    REFUSED(INVALID_ARGUMENT, selvedge_shader_divisors(shader, 9, 0, NULL, 0, NULL, &count));
+    CHECK(count == 99);
+    DONE(selvedge_shader_divisors(shader, 0, 0, NULL, 0, NULL, &count));
+    CHECK(count > 0 && count <= 256);
+    DONE(selvedge_shader_divisors(shader, 0, count, NULL, 0, found, &count));
+    DONE(selvedge_shader_eval_lobes(shader, uv, wi, wo, f, g));
+    selvedge_shader_free(shader);
+
+    REFUSED(NULL_POINTER, selvedge_fabric_set_divisors(NULL, 0, found, count, NULL, 0));
+    REFUSED(NULL_POINTER, selvedge_fabric_set_divisors(fabric, 0, NULL, count, NULL, 0));
+    REFUSED(INVALID_ARGUMENT, selvedge_fabric_set_divisors(fabric, 9, found, count, NULL, 0));
+    REFUSED(INVALID_ARGUMENT, selvedge_fabric_set_divisors(fabric, 0, found, (size_t)-1, NULL, 0));
+    for (size_t i = 0; i < count; i++)
+        more[i] = 2.0f * found[i];
+    DONE(selvedge_fabric_set_divisors(fabric, 0, more, count, NULL, 0));
+    DONE(selvedge_shader_new(fabric, NULL, 0, &shader));
+    DONE(selvedge_shader_eval_lobes(shader, uv, wi, wo, g, more));
+    CHECK(f[0] > 0.0f && fabsf(f[0] - 2.0f * g[0]) < 1e-6f * f[0]);
+    selvedge_shader_free(shader);
+    shader = NULL;
+    DONE(selvedge_fabric_set_divisors(fabric, 0, found, count - 1, NULL, 0));
+    REFUSED(INVALID_CLOTH, selvedge_shader_new(fabric, NULL, 0, &shader));
+    CHECK(shader == NULL);
+    DONE(selvedge_fabric_set_divisors(fabric, 0, found, 0, NULL, 0));
+}
+
 static void shaders(const selvedge_fabric *fabric)
 {
     const selvedge_shader *shader = NULL;
@@ -415,6 +451,7 @@ int main(int argc, char **argv)
     selvedge_draft_free(draft);
     parameters(fabric);
     shaders(fabric);
+    divisors(fabric);
     textures(fabric);
     selvedge_fabric_free(fabric);
     return 0;

@@ -302,6 +302,12 @@ class Fabric(_Owner):
         _library.call("fabric_set_texture", self.handle, yarn, index, function, None, *value_range)
         self._textures.append(function)
 
+    def set_divisors(self, divisors: npt.ArrayLike, yarn: int = 0) -> None:
+        """Has shaders made from now on scale the highlight of a type of yarn as another of the same fabric
+        does, whose `Shader.divisors` these are; none has them find their own again."""
+        values = np.ascontiguousarray(divisors, dtype=np.float32)
+        _library.call("fabric_set_divisors", self.handle, yarn, values.ctypes.data, values.size)
+
 
 class Shader(_Owner):
     """A cloth ready to be shaded, which never changes."""
@@ -448,6 +454,15 @@ class Shader(_Owner):
             name: (getattr(found, name)[0], getattr(found, name)[1])
             for name in ("factor", "max_albedo", "upper_bound")
         }
+
+    def divisors(self, yarn: int = 0) -> npt.NDArray[np.float32]:
+        """What the highlight of a type of yarn is divided by, found when the shader was made."""
+        count = c.c_size_t()
+        _library.call("shader_divisors", self.handle, yarn, 0, outputs=(None, c.byref(count)))
+        found = np.zeros(count.value, dtype=np.float32)
+        outputs = (found.ctypes.data, c.byref(count))
+        _library.call("shader_divisors", self.handle, yarn, found.size, outputs=outputs)
+        return found
 
     def _info(self) -> _library.ShaderInfo:
         info = _library.ShaderInfo()

@@ -145,6 +145,8 @@ _FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "shader_new": (_HANDLE, *_MESSAGE, _TO_HANDLE),
     "shader_describe": (_HANDLE, *_MESSAGE, _STRUCT),
     "shader_warnings": (_HANDLE, _TEXT, _SIZE, c.POINTER(c.c_size_t)),
+    "fabric_set_divisors": (_HANDLE, _U32, c.c_void_p, _SIZE, *_MESSAGE),
+    "shader_divisors": (_HANDLE, _U32, _SIZE, *_MESSAGE, c.c_void_p, c.POINTER(c.c_size_t)),
     "shader_normalization": (_HANDLE, _U32, *_MESSAGE, _STRUCT),
     "shader_eval_batch": (_HANDLE, _STRUCT, *_MESSAGE, _STRUCT),
     "shader_eval_lobes_batch": (_HANDLE, _STRUCT, *_MESSAGE, _STRUCT, _STRUCT),

@@ -171,6 +171,15 @@ class Shaders(unittest.TestCase):
         self.assertGreater(self.shader.normalization()["factor"][0], 0)
         self.assertGreater(self.shader.nbytes, 1000)
 
+    def test_divisors_are_handed_on(self) -> None:
+        fabric, at = selvedge.Fabric.load(DENIM), positions(100)
+        found = self.shader.divisors()
+        fabric.set_divisors(2 * found)
+        np.testing.assert_array_equal(selvedge.Shader(fabric).divisors(), 2 * found)
+        fabric.set_divisors(found)
+        again = selvedge.Shader(fabric).eval(at, LIGHT, UP)
+        np.testing.assert_array_equal(again, self.shader.eval(at, LIGHT, UP))
+
     def test_threads_share_a_shader(self) -> None:
         uv = positions(20000)
         expected = self.shader.eval(uv, LIGHT, UP).tobytes()
