@@ -44,7 +44,7 @@ fn a_bad_draft_ends_the_c_program_with_its_reason() {
 }
 
 /// The programs that check every promise themselves.
-const CHECKING: [&str; 2] = ["contract.c", "wrapper.cpp"];
+const CHECKING: [&str; 4] = ["contract.c", "wrapper.cpp", "thunderloom.c", "thunderloom.cpp"];
 
 fn draft() -> std::path::PathBuf {
     common::fixture("drafts/plain.wif")
