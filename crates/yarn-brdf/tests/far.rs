@@ -9,8 +9,8 @@ use selvedge_normalize::halton::Halton;
 use selvedge_normalize::warp::{square_to_cosine_hemisphere, square_to_uniform_hemisphere};
 use selvedge_yarn_brdf::glam::{DVec2, DVec3, Vec3};
 use selvedge_yarn_brdf::{
-    Cloth, Combination, Diffuse, Footprint, Highlight, Mode, Noise, Phase, Shader, Target, Texture,
-    Textured, Thread, Weave, Yarn,
+    Cloth, Combination, Diffuse, Footprint, Highlight, Mapping, Mode, Noise, Phase, Shader, Target,
+    Texture, Textured, Thread, Weave, Yarn,
 };
 
 #[path = "support/yarns.rs"]
@@ -28,6 +28,8 @@ fn cloth(warp: &Yarn, weft: &Yarn) -> Cloth {
     cloth.yarns = vec![warp.clone(), weft.clone()];
     cloth.end_yarns = vec![0, 0, 1, 0];
     cloth.pick_yarns = vec![1, 1, 1, 0, 1, 1];
+    // With the other map, points even over the cloth are few where the yarn turns away.
+    cloth.mapping = Mapping::Linear;
     cloth
 }
 
@@ -39,7 +41,7 @@ fn cloths() -> Vec<Cloth> {
     let cauchy = |rho, is_backward| Phase::WrappedCauchy { rho, is_backward };
     let both = |warp: Yarn, weft: Yarn| cloth(&warp, &weft);
     vec![
-        both(d(), Yarn { psi: -0.4, u_max: 0.7, ..pale() }),
+        Cloth { mapping: Mapping::Arcsine, ..both(d(), Yarn { psi: -0.4, u_max: 0.7, ..pale() }) },
         both(Yarn { size: 0.7, ..d() }, Yarn { psi: 0.0, size: 0.9, opacity: 0.5, ..pale() }),
         both(
             Yarn { highlight: rough(0.2), diffuse: Diffuse::YarnNormal, ..d() },
@@ -117,8 +119,8 @@ fn far_field_is_the_mean_of_the_near_field() {
         let (median, most, worst) = (errors[20], errors[36], errors[39]);
         println!("cloth {index}: median {median:.5}, 90 % {most:.5}, worst {worst:.5}");
         assert!(
-            median < 2e-3 && most < 5e-3 && worst < 0.02,
-            "cloth {index}: {errors:?}, expected a median of 0.002, 90 % of 0.005, all of 0.02"
+            median < 2e-3 && most < 5e-3 && worst < 0.03,
+            "cloth {index}: {errors:?}, expected a median of 0.002, 90 % of 0.005, all of 0.03"
         );
     }
 }

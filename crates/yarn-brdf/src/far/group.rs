@@ -24,7 +24,8 @@ use super::sample::{Trapezium, lit};
 pub(super) struct Group {
     pub(super) is_warp: bool,
     pub(super) piece: Piece<f32>,
-    pub(super) rule: Rule,
+    /// For steep directions and for grazing ones.
+    pub(super) rules: [Rule; 2],
     /// Where its fibres reflect, for sampling.
     pub(super) inclinations: Trapezium,
     /// Normals of the yarn at even places, each times its share of the light, for its albedo.
@@ -80,7 +81,7 @@ impl Group {
         size_of::<Self>()
             + size_of_val(self.textured.as_slice())
             + size_of_val(self.normals.as_slice())
-            + self.rule.bytes()
+            + self.rules.iter().map(Rule::bytes).sum::<usize>()
     }
 
     /// The directional albedo of the highlight for `wo`, in the yarn frame, with the brighter colour.
@@ -259,7 +260,7 @@ impl Shader {
             let index = found.unwrap_or_else(|| {
                 groups.push(Group {
                     is_warp: class.is_warp,
-                    rule: Rule::resolving(self.level, &piece.optics),
+                    rules: Rule::resolving(self.level, &piece.optics),
                     inclinations: Trapezium::of(&piece.optics),
                     normals: normals(&piece.optics),
                     piece,

@@ -36,6 +36,7 @@ use diffuse::Along;
 use group::Group;
 use level::Transition;
 use rule::Row;
+use rule::grazes;
 
 /// A part of the cloth that is seen as one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -150,7 +151,8 @@ impl Shader {
         let load = |row: &Row| f32x16::simd_from(simd, *row);
         let mut lobes = Lobes::default();
         if piece.has_highlight {
-            let [base, slope] = highlight::mean(optics, &group.rule, load, wi, wo);
+            let rule = &group.rules[usize::from(grazes(wi, wo))];
+            let [base, slope] = highlight::mean(optics, rule, load, wi, wo);
             let color = |part: [Vec3; 2], base: f32, slope: f32| part[0] * base - part[1] * slope;
             let specular = color(tinted.peak, sum(base.peak), sum(slope.peak))
                 + color(tinted.uniform, sum(base.uniform), sum(slope.uniform));
