@@ -119,8 +119,8 @@ fn far_field_is_the_mean_of_the_near_field() {
         let (median, most, worst) = (errors[20], errors[36], errors[39]);
         println!("cloth {index}: median {median:.5}, 90 % {most:.5}, worst {worst:.5}");
         assert!(
-            median < 2e-3 && most < 5e-3 && worst < 0.03,
-            "cloth {index}: {errors:?}, expected a median of 0.002, 90 % of 0.005, all of 0.03"
+            median < 1e-3 && worst < 5e-3,
+            "cloth {index}: {errors:?}, expected a median of 0.001, all of 0.005"
         );
     }
 }
@@ -203,7 +203,7 @@ fn no_cloth_reflects_more_than_it_receives_and_draws_weigh_the_albedo() {
             let (y, x) = (TAU * f64::from(i) / 24.0).sin_cos();
             DVec3::new((1.0 - z * z).sqrt() * x, (1.0 - z * z).sqrt() * y, z).as_vec3()
         }) {
-            let count = 20_000;
+            let count = 8000;
             let points = Halton::<3>::new().points_from(std::num::NonZeroU32::MIN).take(count);
             let (mut drawn, mut even) = (0.0, 0.0);
             for [a, b, c] in points {

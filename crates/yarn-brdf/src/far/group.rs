@@ -171,11 +171,11 @@ impl Tinted {
 }
 
 impl Shader {
-    /// The groups of `classes`.
-    pub(super) fn groups(&self, classes: &[Class]) -> Vec<Group> {
+    /// The groups of `classes`; those that are `known` lend them their rules, which take long to find.
+    pub(super) fn groups(&self, classes: &[Class], known: &[Group]) -> Vec<Group> {
         let mut groups = Vec::new();
         for class in classes {
-            self.add_class(class, &mut groups);
+            self.add_class(class, &mut groups, known);
         }
         groups
     }
@@ -237,7 +237,7 @@ impl Shader {
     }
 
     /// Adds a class to the group that it is of, or to one for each of the shapes that it has.
-    fn add_class(&self, class: &Class, groups: &mut Vec<Group>) {
+    fn add_class(&self, class: &Class, groups: &mut Vec<Group>, known: &[Group]) {
         let yarn = usize::from(class.yarn);
         let kind = &self.materials.kinds[yarn];
         let piece = self.materials.single[yarn].piece(class.is_straight, class.ratio);
@@ -258,9 +258,12 @@ impl Shader {
                     && group.piece.has_highlight == piece.has_highlight
             });
             let index = found.unwrap_or_else(|| {
+                let mut all = groups.iter().chain(known);
+                let alike = all.find(|group| group.piece.optics == piece.optics);
+                let rules = alike.map(|group| group.rules.clone());
                 groups.push(Group {
                     is_warp: class.is_warp,
-                    rules: Rule::resolving(self.level, &piece.optics),
+                    rules: rules.unwrap_or_else(|| Rule::resolving(self.level, &piece.optics)),
                     inclinations: Trapezium::of(&piece.optics),
                     normals: normals(&piece.optics),
                     piece,

@@ -35,8 +35,7 @@ use crate::weave::Side;
 use diffuse::Along;
 use group::Group;
 use level::Transition;
-use rule::Row;
-use rule::grazes;
+use rule::{Row, grazes};
 
 /// A part of the cloth that is seen as one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -65,8 +64,9 @@ pub(crate) struct Far {
 
 impl Far {
     pub(crate) fn new(shader: &Shader) -> Self {
-        let sides = [Side::Face, Side::Back].map(|side| shader.groups(&shader.classes(side)));
-        Self { sides, along: Along::default(), transition: shader.transition() }
+        let face = shader.groups(&shader.classes(Side::Face), &[]);
+        let back = shader.groups(&shader.classes(Side::Back), &face);
+        Self { sides: [face, back], along: Along::default(), transition: shader.transition() }
     }
 
     /// Its memory, in bytes.
