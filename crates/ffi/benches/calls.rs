@@ -9,7 +9,7 @@ use std::time::Instant;
 
 use glam::{DVec2, Vec3};
 use selvedge::*;
-use selvedge_yarn_brdf::{Fabric as Yarns, Lobes, Thread, Weave};
+use selvedge_yarn_brdf::{Batch, Fabric as Yarns, Lobes, Thread, Weave};
 
 const POINTS: usize = 1024;
 const RUNS: usize = 400;
@@ -61,7 +61,33 @@ fn main() {
         stride: 12,
     };
 
+    // The same points, component by component.
+    let plane = |of: &[[f32; 3]], k: usize| of.iter().map(|w| w[k]).collect::<Vec<_>>();
+    let [u, v] = [0, 1].map(|k| uv.iter().map(|uv| uv[k]).collect::<Vec<_>>());
+    let (wi_planes, wo_planes) = ([0, 1, 2].map(|k| plane(wi, k)), [0, 1, 2].map(|k| plane(wo, k)));
+    let mut planes = [(); 3].map(|()| vec![0.0_f32; POINTS]);
+    let in_planes = |planes: &[Vec<f32>; 3]| Vectors {
+        component: planes.each_ref().map(|plane| plane.as_ptr()),
+        stride: 4,
+    };
+    let apart = Points {
+        uv: Positions { component: [u.as_ptr(), v.as_ptr()], stride: 8 },
+        wi: in_planes(&wi_planes),
+        wo: in_planes(&wo_planes),
+        ..points
+    };
+    let to_apart =
+        VectorsOut { component: planes.each_mut().map(|plane| plane.as_mut_ptr()), stride: 4 };
+    let batch = Batch {
+        uv: [&u, &v],
+        wi: wi_planes.each_ref().map(|plane| plane.as_slice()),
+        wo: wo_planes.each_ref().map(|plane| plane.as_slice()),
+        active: None,
+    };
+    let mut of_planes = [(); 3].map(|()| vec![0.0_f32; POINTS]);
+
     let (mut of_rust, mut of_batch, mut of_single) = (f64::MAX, f64::MAX, f64::MAX);
+    let (mut of_rust_batch, mut of_apart) = (f64::MAX, f64::MAX);
     for _ in 0..RUNS {
         time(&mut of_rust, || {
             for i in 0..POINTS {
@@ -81,6 +107,16 @@ fn main() {
             };
             assert_eq!(black_box(status), Status::Ok);
         });
+        time(&mut of_apart, || {
+            let (points, to) = (&raw const apart, &raw const to_apart);
+            // SAFETY: the arrays have as many points.
+            let status = unsafe { selvedge_shader_eval_batch(c, points, ptr::null_mut(), 0, to) };
+            assert_eq!(black_box(status), Status::Ok);
+        });
+        time(&mut of_rust_batch, || {
+            let to = of_planes.each_mut().map(|plane| plane.as_mut_slice());
+            black_box(&rust).eval_batch(&batch, to).expect("all are equally long");
+        });
         time(&mut of_single, || {
             for i in 0..POINTS {
                 // SAFETY: the shader lives, and the arrays have two and three numbers.
@@ -94,9 +130,11 @@ fn main() {
     }
     assert_eq!(f, g, "one by one and all at once differ");
     println!("eval, ns per point, least of {RUNS} runs over {POINTS} points:");
-    println!("Rust {of_rust:.1}");
-    println!("C at once {of_batch:.1} ({:+.1} %)", 100.0 * (of_batch / of_rust - 1.0));
-    println!("C one by one {of_single:.1} ({:+.1} ns)", of_single - of_rust);
+    println!("one by one: Rust {of_rust:.1}, C {of_single:.1} ({:+.1} ns)", of_single - of_rust);
+    for (layout, time) in [("structures of arrays", of_apart), ("arrays of structures", of_batch)] {
+        let more = 100.0 * (time / of_rust_batch - 1.0);
+        println!("at once: Rust {of_rust_batch:.2}, C from {layout} {time:.2} ({more:+.1} %)");
+    }
     // SAFETY: made by `shader`.
     unsafe { selvedge_shader_free(c) };
 }
