@@ -11,161 +11,133 @@ pub(crate) const BLOCK: usize = 256;
 /// One component of a vector, of each point.
 pub(crate) type Plane = [f32; BLOCK];
 
-/// Points by component; what a point lacks, or an inactive one has, is 0.
-pub(crate) struct Block {
-    /// The first `len` are points.
-    pub(crate) len: usize,
-    pub(crate) active: [bool; BLOCK],
-    pub(crate) uv: [[f64; BLOCK]; 2],
-    pub(crate) wi: [Plane; 3],
-    pub(crate) wo: [Plane; 3],
-    pub(crate) xi: [Plane; 3],
+/// Points by component: all slices are equally long.
+#[derive(Clone, Copy)]
+pub(crate) struct Inputs<'a> {
+    pub(crate) uv: [&'a [f64]; 2],
+    /// Empty, as are the next two, where they are not needed.
+    pub(crate) wi: [&'a [f32]; 3],
+    pub(crate) wo: [&'a [f32]; 3],
+    pub(crate) xi: [&'a [f32]; 3],
+    /// Which points are active; all are without. What is found at the others means nothing.
+    pub(crate) active: Option<&'a [bool]>,
     pub(crate) lobes: Lobes,
 }
 
-/// What is found at each point; that of an inactive one means nothing.
-pub(crate) struct Found {
-    pub(crate) vectors: [[Plane; 3]; 2],
-    pub(crate) numbers: Plane,
+/// Where goes what is found at each point: slices as long as those of the points.
+pub(crate) struct Outputs<'a> {
+    pub(crate) vectors: [Colors<'a>; 2],
+    pub(crate) numbers: &'a mut [f32],
 }
 
-impl Block {
-    pub(crate) const EMPTY: Self = Self {
-        len: 0,
-        active: [false; BLOCK],
-        uv: [[0.0; BLOCK]; 2],
-        wi: [[0.0; BLOCK]; 3],
-        wo: [[0.0; BLOCK]; 3],
-        xi: [[0.0; BLOCK]; 3],
-        lobes: Lobes::Both,
-    };
-
+impl<'a> Inputs<'a> {
     /// The active points.
-    pub(crate) fn points(&self) -> impl Iterator<Item = usize> {
-        (0..self.len).filter(|&i| self.active[i])
+    pub(crate) fn points(&self) -> impl Iterator<Item = usize> + 'a {
+        let active = self.active;
+        (0..self.uv[0].len()).filter(move |&i| active.is_none_or(|active| active[i]))
     }
 
     pub(crate) fn uv(&self, i: usize) -> DVec2 {
         DVec2::new(self.uv[0][i], self.uv[1][i])
     }
 
-    /// What the shader takes.
-    fn batch(&self) -> Batch<'_> {
-        let Self { wi, wo, .. } = self;
-        Batch { uv: self.part(&self.uv), wi: self.part(wi), wo: self.part(wo), active: self.mask() }
-    }
-
-    /// As much of the planes as there are points.
-    fn part<'a, T, const N: usize>(&self, planes: &'a [[T; BLOCK]; N]) -> [&'a [T]; N] {
-        planes.each_ref().map(|plane| &plane[..self.len])
-    }
-
-    /// Which points are active; `None` if all are, which is quicker.
-    fn mask(&self) -> Option<&[bool]> {
-        let active = &self.active[..self.len];
-        (!active.iter().all(|&active| active)).then_some(active)
+    fn batch(&self) -> Batch<'a> {
+        Batch { uv: self.uv, wi: self.wi, wo: self.wo, active: self.active }
     }
 }
 
-impl Found {
-    pub(crate) const NOTHING: Self =
-        Self { vectors: [[[0.0; BLOCK]; 3]; 2], numbers: [0.0; BLOCK] };
-}
-
-/// All planes of a block are equally long.
-const EQUAL: &str = "slices of one block have one length";
+/// All slices of a call are equally long.
+const EQUAL: &str = "slices of one call have one length";
 
 /// f of the lobes asked for, as the first vector.
-pub(crate) fn eval(shader: &Shader, block: &Block, found: &mut Found) {
-    let [first, second] = &mut found.vectors;
-    let (first, second) = (part(first, block), part(second, block));
-    let result = match block.lobes {
-        Lobes::Both => shader.eval_batch(&block.batch(), first),
-        Lobes::Specular => shader.eval_lobes_batch(&block.batch(), first, second),
-        Lobes::Diffuse => shader.eval_lobes_batch(&block.batch(), second, first),
+pub(crate) fn eval(shader: &Shader, points: &Inputs<'_>, to: Outputs<'_>) {
+    let [first, second] = to.vectors;
+    let result = match points.lobes {
+        Lobes::Both => shader.eval_batch(&points.batch(), first),
+        Lobes::Specular => shader.eval_lobes_batch(&points.batch(), first, second),
+        Lobes::Diffuse => shader.eval_lobes_batch(&points.batch(), second, first),
     };
     result.expect(EQUAL);
 }
 
 /// f of the highlight and of the diffuse, as two vectors.
-pub(crate) fn eval_lobes(shader: &Shader, block: &Block, found: &mut Found) {
-    let [specular, diffuse] = &mut found.vectors;
-    let (specular, diffuse) = (part(specular, block), part(diffuse, block));
-    shader.eval_lobes_batch(&block.batch(), specular, diffuse).expect(EQUAL);
+pub(crate) fn eval_lobes(shader: &Shader, points: &Inputs<'_>, to: Outputs<'_>) {
+    let [specular, diffuse] = to.vectors;
+    shader.eval_lobes_batch(&points.batch(), specular, diffuse).expect(EQUAL);
 }
 
 /// The density of `wi` for `wo`, as numbers.
-pub(crate) fn pdf(shader: &Shader, block: &Block, found: &mut Found) {
-    shader.pdf_batch(&block.batch(), &mut found.numbers[..block.len]).expect(EQUAL);
+pub(crate) fn pdf(shader: &Shader, points: &Inputs<'_>, to: Outputs<'_>) {
+    let Outputs { numbers, .. } = to;
+    shader.pdf_batch(&points.batch(), numbers).expect(EQUAL);
 }
 
 /// The density of `wo` for `wi`, as numbers.
-pub(crate) fn reverse_pdf(shader: &Shader, block: &Block, found: &mut Found) {
-    let batch = block.batch();
-    let batch = Batch { wi: batch.wo, wo: batch.wi, ..batch };
-    shader.pdf_batch(&batch, &mut found.numbers[..block.len]).expect(EQUAL);
+pub(crate) fn reverse_pdf(shader: &Shader, points: &Inputs<'_>, to: Outputs<'_>) {
+    pdf(shader, &Inputs { wi: points.wo, wo: points.wi, ..*points }, to);
 }
 
 /// Both [`eval`] and [`pdf`].
-pub(crate) fn eval_pdf(shader: &Shader, block: &Block, found: &mut Found) {
-    let Found { vectors: [first, second], numbers } = found;
-    let pdf = &mut numbers[..block.len];
-    let (a, b) = (part(first, block), part(second, block));
-    let (specular, diffuse) = if block.lobes == Lobes::Diffuse { (b, a) } else { (a, b) };
-    shader.eval_lobes_pdf_batch(&block.batch(), specular, diffuse, pdf).expect(EQUAL);
-    if block.lobes == Lobes::Both {
-        for (sum, part) in first.as_flattened_mut().iter_mut().zip(second.as_flattened()) {
-            *sum += part;
+pub(crate) fn eval_pdf(shader: &Shader, points: &Inputs<'_>, to: Outputs<'_>) {
+    let Outputs { vectors: [mut first, mut second], numbers } = to;
+    {
+        let [a, b] = [&mut first, &mut second].map(|v| v.each_mut().map(|plane| &mut **plane));
+        let (specular, diffuse) = if points.lobes == Lobes::Diffuse { (b, a) } else { (a, b) };
+        shader.eval_lobes_pdf_batch(&points.batch(), specular, diffuse, numbers).expect(EQUAL);
+    }
+    if points.lobes == Lobes::Both {
+        for (first, second) in first.iter_mut().zip(&second) {
+            for (sum, part) in first.iter_mut().zip(second.iter()) {
+                *sum += part;
+            }
         }
     }
 }
 
 /// Directions and weights as two vectors, densities as numbers.
-pub(crate) fn sample(shader: &Shader, block: &Block, found: &mut Found) {
-    let Found { vectors: [wi, weight], numbers } = found;
-    let pdf = &mut numbers[..block.len];
-    let (uv, wo, xi) = (block.part(&block.uv), block.part(&block.wo), block.part(&block.xi));
-    let draws = Draws { uv, wo, xi, active: block.mask() };
-    let samples = Samples { wi: part(wi, block), weight: part(weight, block), pdf };
-    shader.sample_batch(&draws, samples).expect(EQUAL);
-    for i in block.points() {
+pub(crate) fn sample(shader: &Shader, points: &Inputs<'_>, to: Outputs<'_>) {
+    let Outputs { vectors: [mut wi, mut weight], numbers } = to;
+    let Inputs { uv, wo, xi, active, .. } = *points;
+    let samples = Samples {
+        wi: wi.each_mut().map(|plane| &mut **plane),
+        weight: weight.each_mut().map(|plane| &mut **plane),
+        pdf: &mut *numbers,
+    };
+    shader.sample_batch(&Draws { uv, wo, xi, active }, samples).expect(EQUAL);
+    for i in points.points() {
         let pdf = numbers[i];
         if pdf == 0.0 {
-            put(wi, i, Vec3::Z);
-        } else if block.lobes != Lobes::Both {
+            put(&mut wi, i, Vec3::Z);
+        } else if points.lobes != Lobes::Both {
             // Drawn for both lobes, weighted for one: right on average.
-            let direction = vector(wi, i);
-            let lobes = shader.eval_lobes(block.uv(i), direction, vector(&block.wo, i));
-            let is_specular = block.lobes == Lobes::Specular;
+            let direction = Vec3::from_array(wi.each_ref().map(|plane| plane[i]));
+            let lobes = shader.eval_lobes(points.uv(i), direction, vector(wo, i));
+            let is_specular = points.lobes == Lobes::Specular;
             let f = if is_specular { lobes.specular } else { lobes.diffuse };
-            put(weight, i, f * (direction.z.abs() / pdf));
+            put(&mut weight, i, f * (direction.z.abs() / pdf));
         }
     }
 }
 
 /// Albedos, as the first vector.
-pub(crate) fn albedo(shader: &Shader, block: &Block, found: &mut Found) {
-    for i in block.points() {
-        put(&mut found.vectors[0], i, shader.albedo(block.uv(i), vector(&block.wo, i)));
+pub(crate) fn albedo(shader: &Shader, points: &Inputs<'_>, to: Outputs<'_>) {
+    let [mut albedo, _] = to.vectors;
+    for i in points.points() {
+        put(&mut albedo, i, shader.albedo(points.uv(i), vector(points.wo, i)));
     }
 }
 
 /// Opacities, as numbers.
-pub(crate) fn opacity(shader: &Shader, block: &Block, found: &mut Found) {
-    let opacity = &mut found.numbers[..block.len];
-    shader.opacity_batch(block.part(&block.uv), opacity).expect(EQUAL);
+pub(crate) fn opacity(shader: &Shader, points: &Inputs<'_>, to: Outputs<'_>) {
+    let Outputs { numbers, .. } = to;
+    shader.opacity_batch(points.uv, numbers).expect(EQUAL);
 }
 
-/// As much of a vector's planes as there are points.
-fn part<'a>(planes: &'a mut [Plane; 3], block: &Block) -> Colors<'a> {
-    planes.each_mut().map(|plane| &mut plane[..block.len])
+fn vector(planes: [&[f32]; 3], i: usize) -> Vec3 {
+    Vec3::from_array(planes.map(|plane| plane[i]))
 }
 
-fn vector(planes: &[Plane; 3], i: usize) -> Vec3 {
-    Vec3::new(planes[0][i], planes[1][i], planes[2][i])
-}
-
-fn put(planes: &mut [Plane; 3], i: usize, value: Vec3) {
+fn put(planes: &mut Colors<'_>, i: usize, value: Vec3) {
     for (plane, component) in planes.iter_mut().zip(value.to_array()) {
         plane[i] = component;
     }

@@ -1,13 +1,14 @@
 //! What a shader answers at many points at once.
 
 use std::ffi::c_char;
+use std::ops::Range;
 
-use crate::batch::{self, BLOCK, Block, Found};
+use crate::batch::{self, BLOCK, Inputs, Outputs, Plane};
 use crate::memory::{self, Handshake};
 use crate::point::{YarnPoint, live};
 use crate::shader::Shader;
 use crate::status::{Failure, Message, Status};
-use crate::stream::{Flags, Numbers, NumbersOut, Positions, Vectors, VectorsOut};
+use crate::stream::{Flags, Numbers, NumbersOut, Positions, Reach, Vectors, VectorsOut, overlap};
 use crate::{guard, non_null};
 
 /// Points to shade. What a function has no use for is not looked at; zero it.
@@ -303,7 +304,7 @@ unsafe fn shade<const N: usize>(
     uses: &[Input],
     message: (*mut c_char, usize),
     outputs: [Result<Output, Failure>; N],
-    find: fn(&selvedge_yarn_brdf::Shader, &Block, &mut Found),
+    find: fn(&selvedge_yarn_brdf::Shader, &Inputs<'_>, Outputs<'_>),
 ) -> Status {
     // SAFETY: the caller vouches for as many bytes.
     let message = unsafe { Message::new(message.0, message.1) };
@@ -317,13 +318,40 @@ unsafe fn shade<const N: usize>(
             output.check(count)?;
             checked.push(output);
         }
-        let mut found = Found::NOTHING;
+        // Slices are written where they lie, but for those that something else may lie in.
+        let reaches: Vec<_> = checked.iter().map(|output| output.slices(count)).collect();
+        let inputs = points.reaches();
+        let is_direct: Vec<bool> = (0..N)
+            .map(|index| {
+                let others = reaches.iter().enumerate().filter(|(other, _)| *other != index);
+                let others: Vec<_> = others.flat_map(|(_, reach)| reach).chain(&inputs).collect();
+                let own = &reaches[index];
+                let is_apart = |own: &Reach| !others.iter().any(|other| overlap(*own, **other));
+                let is_alone = own
+                    .iter()
+                    .enumerate()
+                    .all(|(k, a)| !own[k + 1..].iter().any(|b| overlap(*a, *b)));
+                points.is_whole() && !own.is_empty() && is_alone && own.iter().all(is_apart)
+            })
+            .collect();
+        let mut scratch = ([[[0.0; BLOCK]; 3]; 2], [0.0; BLOCK]);
         // SAFETY: the caller vouches for the points and for as many places.
         unsafe {
-            points.each_block(|first, block| {
-                find(shader, block, &mut found);
-                for output in &checked {
-                    output.scatter(first, block, &found);
+            points.each_block(|first, inputs| {
+                let range = first..first + inputs.uv[0].len();
+                let (vectors, numbers) = &mut scratch;
+                let mut to = Outputs {
+                    vectors: vectors
+                        .each_mut()
+                        .map(|vector| vector.each_mut().map(|plane| &mut plane[..range.len()])),
+                    numbers: &mut numbers[..range.len()],
+                };
+                for output in checked.iter().zip(&is_direct).filter(|(_, is)| **is) {
+                    output.0.give(&range, &mut to);
+                }
+                find(shader, inputs, to);
+                for output in checked.iter().zip(&is_direct).filter(|(_, is)| !**is) {
+                    output.0.scatter(first, inputs, &scratch);
                 }
             });
         }
@@ -378,38 +406,63 @@ impl Checked {
         Ok(Self { points, uses, lobes, is_face_alone })
     }
 
-    /// Hands on all points, block by block, each with the index of its first.
+    /// Whether each point counts, on both sides.
+    fn is_whole(&self) -> bool {
+        self.points.active.values.is_null() && !self.is_face_alone
+    }
+
+    /// What the arrays that are looked at reach.
+    fn reaches(&self) -> Vec<Reach> {
+        let Points { count, uv, wi, wo, xi, .. } = self.points;
+        let used = self.uses.into_iter().zip([wi, wo, xi]).filter(|(used, _)| *used);
+        let vectors = used.flat_map(|(_, vectors)| vectors.reach(count));
+        uv.reach(count).into_iter().chain(vectors).collect()
+    }
+
+    /// Hands on all points, block by block, each with the index of its first: where they lie, if they lie
+    /// as in slices and all count, else gathered.
     ///
     /// # Safety
     ///
     /// The arrays have as many elements as there are points.
-    unsafe fn each_block(&self, mut shade: impl FnMut(usize, &Block)) {
-        let points = &self.points;
-        let mut block = Block { lobes: self.lobes, ..Block::EMPTY };
-        let mut first = 0;
-        while first < points.count {
-            block.len = BLOCK.min(points.count - first);
-            let Block { len, active, uv, wi, wo, xi, .. } = &mut block;
+    unsafe fn each_block(&self, mut shade: impl FnMut(usize, &Inputs<'_>)) {
+        let Points { count, uv, wi, wo, xi, active, .. } = &self.points;
+        let mut flags = [true; BLOCK];
+        let mut places = [[0.0; BLOCK]; 2];
+        let mut planes = [[[0.0; BLOCK]; 3]; 3];
+        let none: [&[f32]; 3] = [&[]; 3];
+        for first in (0..*count).step_by(BLOCK) {
+            let range = first..(*count).min(first + BLOCK);
+            let flags = &mut flags[..range.len()];
             // SAFETY: the caller vouches for elements up to the number of points.
             unsafe {
-                points.active.gather(first, &mut active[..*len]);
-                points.uv.gather(first, &active[..*len], uv);
-                for (used, vectors, planes) in [
-                    (self.uses[0], &points.wi, wi),
-                    (self.uses[1], &points.wo, &mut *wo),
-                    (self.uses[2], &points.xi, xi),
-                ] {
-                    if used {
-                        vectors.gather(first, &active[..*len], planes);
+                active.gather(first, flags);
+                let uv_slices = self.is_whole().then(|| uv.direct(&range)).flatten();
+                let uv = uv_slices.unwrap_or_else(|| {
+                    uv.gather(first, flags, &mut places);
+                    places.each_ref().map(|plane| &plane[..range.len()])
+                });
+                let mut vectors = [none; 3];
+                let streams = [wi, wo, xi].into_iter().zip(&mut planes).zip(self.uses);
+                for (to, ((stream, planes), used)) in vectors.iter_mut().zip(streams) {
+                    if !used {
+                        continue;
                     }
+                    let slices = self.is_whole().then(|| stream.direct(&range)).flatten();
+                    *to = slices.unwrap_or_else(|| {
+                        stream.gather(first, flags, planes);
+                        if self.is_face_alone {
+                            // In the plane of the cloth nothing is seen.
+                            planes[2].iter_mut().for_each(|z| *z = z.max(0.0));
+                        }
+                        planes.each_ref().map(|plane| &plane[..range.len()])
+                    });
                 }
+                let [wi, wo, xi] = vectors;
+                let is_full = flags.iter().all(|&is_active| is_active);
+                let active = (!is_full).then_some(&*flags);
+                shade(first, &Inputs { uv, wi, wo, xi, active, lobes: self.lobes });
             }
-            if self.is_face_alone {
-                // In the plane of the cloth nothing is seen.
-                wo[2].iter_mut().for_each(|z| *z = z.max(0.0));
-            }
-            shade(first, &block);
-            first += block.len;
         }
     }
 }
@@ -451,18 +504,43 @@ impl Output {
         }
     }
 
+    /// What it reaches, if it is as slices; else nothing.
+    fn slices(&self, count: usize) -> Vec<Reach> {
+        let slices = match self {
+            Self::Vectors(output, ..) => output.slices(count).map(Vec::from),
+            Self::Numbers(output, _) => output.slices(count).map(Vec::from),
+        };
+        slices.unwrap_or_default()
+    }
+
+    /// Has what is found in `range` written where it goes.
+    ///
     /// # Safety
     ///
-    /// There are as many places as points, of which `block` has those from `first` on.
-    unsafe fn scatter(&self, first: usize, block: &Block, found: &Found) {
-        let active = &block.active[..block.len];
+    /// It is as slices, there are as many places as points, and nobody else uses them meanwhile.
+    unsafe fn give(&self, range: &Range<usize>, to: &mut Outputs<'_>) {
+        // SAFETY: the caller vouches for the places.
+        unsafe {
+            match self {
+                Self::Vectors(output, _, number) => to.vectors[*number] = output.direct(range),
+                Self::Numbers(output, _) => to.numbers = output.direct(range),
+            }
+        }
+    }
+
+    /// # Safety
+    ///
+    /// There are as many places as points, of which `inputs` has those from `first` on.
+    unsafe fn scatter(&self, first: usize, inputs: &Inputs<'_>, found: &([[Plane; 3]; 2], Plane)) {
+        let count = inputs.uv[0].len();
+        let active = inputs.active.unwrap_or(&[true; BLOCK][..count]);
         // SAFETY: the caller vouches for the places.
         unsafe {
             match self {
                 Self::Vectors(output, _, number) => {
-                    output.scatter(first, active, &found.vectors[*number]);
+                    output.scatter(first, active, &found.0[*number]);
                 }
-                Self::Numbers(output, _) => output.scatter(first, active, &found.numbers),
+                Self::Numbers(output, _) => output.scatter(first, active, &found.1),
             }
         }
     }

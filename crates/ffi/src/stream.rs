@@ -1,6 +1,7 @@
 //! The caller's arrays of numbers and vectors: any layout that pointers and a stride can tell.
 
-use std::{array, ptr};
+use std::ops::Range;
+use std::{array, ptr, slice};
 
 use crate::batch::{BLOCK, Plane};
 use crate::status::Failure;
@@ -102,6 +103,40 @@ impl Vectors {
     }
 }
 
+impl Positions {
+    /// The positions of `range` where they lie, if they lie as in slices.
+    ///
+    /// # Safety
+    ///
+    /// There are elements of all these points, which nothing changes during `'a`.
+    pub(crate) unsafe fn direct<'a>(&self, range: &Range<usize>) -> Option<[&'a [f64]; 2]> {
+        // SAFETY: the caller vouches for the elements.
+        unsafe { direct(self.component, self.stride, range) }
+    }
+
+    /// What the components reach.
+    pub(crate) fn reach(&self, count: usize) -> [Reach; 2] {
+        self.component.map(|start| reach(start, self.stride, count))
+    }
+}
+
+impl Vectors {
+    /// The vectors of `range` where they lie, if they lie as in slices.
+    ///
+    /// # Safety
+    ///
+    /// There are elements of all these points, which nothing changes during `'a`.
+    pub(crate) unsafe fn direct<'a>(&self, range: &Range<usize>) -> Option<[&'a [f32]; 3]> {
+        // SAFETY: the caller vouches for the elements.
+        unsafe { direct(self.component, self.stride, range) }
+    }
+
+    /// What the components reach.
+    pub(crate) fn reach(&self, count: usize) -> [Reach; 3] {
+        self.component.map(|start| reach(start, self.stride, count))
+    }
+}
+
 impl Flags {
     pub(crate) fn check(&self, count: usize, name: &str) -> Result<(), Failure> {
         check(count, self.stride, false, name)
@@ -140,7 +175,44 @@ impl VectorsOut {
     }
 }
 
+impl VectorsOut {
+    /// What the components reach, if each is as a slice.
+    pub(crate) fn slices(&self, count: usize) -> Option<[Reach; 3]> {
+        let is_slice = self.stride == size_of::<f32>() as isize
+            && self.component.iter().all(|start| start.is_aligned());
+        is_slice.then(|| self.component.map(|start| reach(start, self.stride, count)))
+    }
+
+    /// The places of `range`.
+    ///
+    /// # Safety
+    ///
+    /// [`VectorsOut::slices`] has told that they are slices; there are places of all these points, which
+    /// nobody else uses during `'a`.
+    pub(crate) unsafe fn direct<'a>(&self, range: &Range<usize>) -> [&'a mut [f32]; 3] {
+        // SAFETY: the caller vouches for the places.
+        self.component
+            .map(|start| unsafe { slice::from_raw_parts_mut(start.add(range.start), range.len()) })
+    }
+}
+
 impl NumbersOut {
+    /// What it reaches, if it is as a slice.
+    pub(crate) fn slices(&self, count: usize) -> Option<[Reach; 1]> {
+        let is_slice = self.stride == size_of::<f32>() as isize && self.values.is_aligned();
+        is_slice.then(|| [reach(self.values, self.stride, count)])
+    }
+
+    /// The places of `range`.
+    ///
+    /// # Safety
+    ///
+    /// As for [`VectorsOut::direct`].
+    pub(crate) unsafe fn direct<'a>(&self, range: &Range<usize>) -> &'a mut [f32] {
+        // SAFETY: the caller vouches for the places.
+        unsafe { slice::from_raw_parts_mut(self.values.add(range.start), range.len()) }
+    }
+
     pub(crate) fn check(&self, count: usize, name: &str) -> Result<(), Failure> {
         check(count, self.stride, self.values.is_null(), name)?;
         check_apart(count, self.stride, name)
@@ -153,6 +225,38 @@ impl NumbersOut {
         // SAFETY: the caller vouches for the places.
         unsafe { scatter([self.values], self.stride, first, active, array::from_ref(plane)) };
     }
+}
+
+/// The addresses of bytes that an array of points may reach, the last one left out.
+pub(crate) type Reach = (usize, usize);
+
+/// Whether two arrays may share a byte.
+pub(crate) fn overlap(a: Reach, b: Reach) -> bool {
+    a.0 < b.1 && b.0 < a.1
+}
+
+/// What the elements of `count` points reach, which [`check`] has found to fit.
+fn reach<T>(start: *const T, stride: isize, count: usize) -> Reach {
+    let last = start.wrapping_byte_offset(offset(stride, count.saturating_sub(1)));
+    let (low, high) = (start.addr().min(last.addr()), start.addr().max(last.addr()));
+    (low, high + size_of::<T>())
+}
+
+/// The elements of `range` where they lie, if one follows the other as in a slice.
+///
+/// # Safety
+///
+/// There are elements of all these points, which nothing changes during `'a`.
+unsafe fn direct<'a, T, const N: usize>(
+    starts: [*const T; N],
+    stride: isize,
+    range: &Range<usize>,
+) -> Option<[&'a [T]; N]> {
+    let is_slice = |start: &*const T| start.is_aligned() && stride == size_of::<T>() as isize;
+    // SAFETY: aligned, and the caller vouches for the elements.
+    let slice =
+        |start: *const T| unsafe { slice::from_raw_parts(start.add(range.start), range.len()) };
+    starts.iter().all(is_slice).then(|| starts.map(slice))
 }
 
 /// Whether there are arrays for `count` points, which fit into memory.
