@@ -67,7 +67,7 @@ fn main() {
     let (wi_planes, wo_planes) = ([0, 1, 2].map(|k| plane(wi, k)), [0, 1, 2].map(|k| plane(wo, k)));
     let mut planes = [(); 3].map(|()| vec![0.0_f32; POINTS]);
     let in_planes = |planes: &[Vec<f32>; 3]| Vectors {
-        component: planes.each_ref().map(|plane| plane.as_ptr()),
+        component: planes.each_ref().map(Vec::as_ptr),
         stride: 4,
     };
     let apart = Points {
@@ -76,12 +76,11 @@ fn main() {
         wo: in_planes(&wo_planes),
         ..points
     };
-    let to_apart =
-        VectorsOut { component: planes.each_mut().map(|plane| plane.as_mut_ptr()), stride: 4 };
+    let to_apart = VectorsOut { component: planes.each_mut().map(Vec::as_mut_ptr), stride: 4 };
     let batch = Batch {
         uv: [&u, &v],
-        wi: wi_planes.each_ref().map(|plane| plane.as_slice()),
-        wo: wo_planes.each_ref().map(|plane| plane.as_slice()),
+        wi: wi_planes.each_ref().map(Vec::as_slice),
+        wo: wo_planes.each_ref().map(Vec::as_slice),
         active: None,
     };
     let mut of_planes = [(); 3].map(|()| vec![0.0_f32; POINTS]);
@@ -114,7 +113,7 @@ fn main() {
             assert_eq!(black_box(status), Status::Ok);
         });
         time(&mut of_rust_batch, || {
-            let to = of_planes.each_mut().map(|plane| plane.as_mut_slice());
+            let to = of_planes.each_mut().map(Vec::as_mut_slice);
             black_box(&rust).eval_batch(&batch, to).expect("all are equally long");
         });
         time(&mut of_single, || {

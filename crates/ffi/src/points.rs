@@ -90,7 +90,7 @@ pub unsafe extern "C" fn selvedge_shader_eval_batch(
     unsafe {
         let uses = [Input::Wi, Input::Wo];
         let outputs = [Output::vectors(f, "f", 0)];
-        shade(shader, points, &uses, (message, message_size), outputs, batch::eval)
+        shade(shader, points, &uses, (message, message_size), outputs, batch::eval, false)
     }
 }
 
@@ -114,7 +114,7 @@ pub unsafe extern "C" fn selvedge_shader_eval_lobes_batch(
         let uses = [Input::Wi, Input::Wo];
         let outputs =
             [Output::vectors(specular, "specular", 0), Output::vectors(diffuse, "diffuse", 1)];
-        shade(shader, points, &uses, (message, message_size), outputs, batch::eval_lobes)
+        shade(shader, points, &uses, (message, message_size), outputs, batch::eval_lobes, false)
     }
 }
 
@@ -136,7 +136,7 @@ pub unsafe extern "C" fn selvedge_shader_pdf_batch(
     unsafe {
         let uses = [Input::Wi, Input::Wo];
         let outputs = [Output::numbers(pdf, "pdf")];
-        shade(shader, points, &uses, (message, message_size), outputs, batch::pdf)
+        shade(shader, points, &uses, (message, message_size), outputs, batch::pdf, false)
     }
 }
 
@@ -158,7 +158,7 @@ pub unsafe extern "C" fn selvedge_shader_reverse_pdf_batch(
     unsafe {
         let uses = [Input::Wi, Input::Wo];
         let outputs = [Output::numbers(pdf, "pdf")];
-        shade(shader, points, &uses, (message, message_size), outputs, batch::reverse_pdf)
+        shade(shader, points, &uses, (message, message_size), outputs, batch::reverse_pdf, false)
     }
 }
 
@@ -180,7 +180,7 @@ pub unsafe extern "C" fn selvedge_shader_eval_pdf_batch(
     unsafe {
         let uses = [Input::Wi, Input::Wo];
         let outputs = [Output::vectors(f, "f", 0), Output::numbers(pdf, "pdf")];
-        shade(shader, points, &uses, (message, message_size), outputs, batch::eval_pdf)
+        shade(shader, points, &uses, (message, message_size), outputs, batch::eval_pdf, true)
     }
 }
 
@@ -208,7 +208,7 @@ pub unsafe extern "C" fn selvedge_shader_sample_batch(
             Output::vectors(weight, "weight", 1),
             Output::numbers(pdf, "pdf"),
         ];
-        shade(shader, points, &uses, (message, message_size), outputs, batch::sample)
+        shade(shader, points, &uses, (message, message_size), outputs, batch::sample, false)
     }
 }
 
@@ -229,7 +229,7 @@ pub unsafe extern "C" fn selvedge_shader_albedo_batch(
     // SAFETY: the caller vouches for what the functions ask for.
     unsafe {
         let outputs = [Output::vectors(albedo, "albedo", 0)];
-        shade(shader, points, &[Input::Wo], (message, message_size), outputs, batch::albedo)
+        shade(shader, points, &[Input::Wo], (message, message_size), outputs, batch::albedo, false)
     }
 }
 
@@ -250,7 +250,7 @@ pub unsafe extern "C" fn selvedge_shader_opacity_batch(
     // SAFETY: the caller vouches for what the functions ask for.
     unsafe {
         let outputs = [Output::numbers(opacity, "opacity")];
-        shade(shader, points, &[], (message, message_size), outputs, batch::opacity)
+        shade(shader, points, &[], (message, message_size), outputs, batch::opacity, false)
     }
 }
 
@@ -282,7 +282,7 @@ pub unsafe extern "C" fn selvedge_shader_yarn_at_batch(
         let output = unsafe { memory::output(yarn_points)? };
         // SAFETY: the caller vouches for the points.
         unsafe {
-            points.each_block(|first, block| {
+            points.each_block(BLOCK, |first, block| {
                 for i in block.points() {
                     let point = YarnPoint::at(shader, block.uv(i));
                     output.add(first + i).write_unaligned(point);
@@ -293,7 +293,8 @@ pub unsafe extern "C" fn selvedge_shader_yarn_at_batch(
     })
 }
 
-/// Shades `points` and writes what is found to `outputs`.
+/// Shades `points` and writes what is found to `outputs`; whether that takes room for a second vector which
+/// is no output.
 ///
 /// # Safety
 ///
@@ -305,6 +306,7 @@ unsafe fn shade<const N: usize>(
     message: (*mut c_char, usize),
     outputs: [Result<Output, Failure>; N],
     find: fn(&selvedge_yarn_brdf::Shader, &Inputs<'_>, Outputs<'_>),
+    needs_second: bool,
 ) -> Status {
     // SAFETY: the caller vouches for as many bytes.
     let message = unsafe { Message::new(message.0, message.1) };
@@ -334,17 +336,21 @@ unsafe fn shade<const N: usize>(
                 points.is_whole() && !own.is_empty() && is_alone && own.iter().all(is_apart)
             })
             .collect();
+        let is_scratch_free = points.lobes == Lobes::Both && !needs_second;
+        let is_all_direct = is_direct.iter().all(|&is| is) && points.are_slices();
+        let step = if is_scratch_free && is_all_direct { count.max(1) } else { BLOCK };
         let mut scratch = ([[[0.0; BLOCK]; 3]; 2], [0.0; BLOCK]);
         // SAFETY: the caller vouches for the points and for as many places.
         unsafe {
-            points.each_block(|first, inputs| {
+            points.each_block(step, |first, inputs| {
                 let range = first..first + inputs.uv[0].len();
                 let (vectors, numbers) = &mut scratch;
+                let room = range.len().min(BLOCK);
                 let mut to = Outputs {
                     vectors: vectors
                         .each_mut()
-                        .map(|vector| vector.each_mut().map(|plane| &mut plane[..range.len()])),
-                    numbers: &mut numbers[..range.len()],
+                        .map(|vector| vector.each_mut().map(|plane| &mut plane[..room])),
+                    numbers: &mut numbers[..room],
                 };
                 for output in checked.iter().zip(&is_direct).filter(|(_, is)| **is) {
                     output.0.give(&range, &mut to);
@@ -419,21 +425,33 @@ impl Checked {
         uv.reach(count).into_iter().chain(vectors).collect()
     }
 
-    /// Hands on all points, block by block, each with the index of its first: where they lie, if they lie
-    /// as in slices and all count, else gathered.
+    /// Whether all that is looked at lies as in slices, and each point counts.
+    fn are_slices(&self) -> bool {
+        let Points { uv, wi, wo, xi, .. } = &self.points;
+        // SAFETY: an empty range has no elements.
+        let is_slice = |vectors: &Vectors| unsafe { vectors.direct(&(0..0)) }.is_some();
+        let mut used = self.uses.into_iter().zip([wi, wo, xi]).filter(|(used, _)| *used);
+        // SAFETY: as above.
+        let is_uv_slice = unsafe { uv.direct(&(0..0)) }.is_some();
+        self.is_whole() && is_uv_slice && used.all(|(_, vectors)| is_slice(vectors))
+    }
+
+    /// Hands on all points, `step` by `step`, each time with the index of the first: where they lie, if they
+    /// lie as in slices and all count, else gathered.
     ///
     /// # Safety
     ///
-    /// The arrays have as many elements as there are points.
-    unsafe fn each_block(&self, mut shade: impl FnMut(usize, &Inputs<'_>)) {
+    /// The arrays have as many elements as there are points, and lie as in slices if `step` is more than
+    /// [`BLOCK`].
+    unsafe fn each_block(&self, step: usize, mut shade: impl FnMut(usize, &Inputs<'_>)) {
         let Points { count, uv, wi, wo, xi, active, .. } = &self.points;
         let mut flags = [true; BLOCK];
         let mut places = [[0.0; BLOCK]; 2];
         let mut planes = [[[0.0; BLOCK]; 3]; 3];
         let none: [&[f32]; 3] = [&[]; 3];
-        for first in (0..*count).step_by(BLOCK) {
-            let range = first..(*count).min(first + BLOCK);
-            let flags = &mut flags[..range.len()];
+        for first in (0..*count).step_by(step) {
+            let range = first..(*count).min(first + step);
+            let flags = &mut flags[..range.len().min(BLOCK)];
             // SAFETY: the caller vouches for elements up to the number of points.
             unsafe {
                 active.gather(first, flags);

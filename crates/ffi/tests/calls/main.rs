@@ -355,6 +355,48 @@ fn eight_threads_share_a_draft_a_fabric_and_a_shader() {
 }
 
 #[test]
+fn slices_have_the_bits_of_points_also_where_they_lie_in_one_another() {
+    const COUNT: usize = 600;
+    let loaded = Loaded::new("drafts/plain.wif");
+    let uv = [0, 1].map(|k| (0..COUNT).map(|i| 1.3e-5 * (i * (k + 1)) as f64).collect::<Vec<_>>());
+    let planes = |w: [f32; 3]| w.map(|c| vec![c; COUNT]);
+    let (mut wi, wo) = (planes([0.6, 0.0, 0.8]), planes([0.0, 0.6, 0.8]));
+    let expected: Vec<_> = (0..COUNT)
+        .map(|i| loaded.eval([uv[0][i], uv[1][i]], [0.6, 0.0, 0.8], [0.0, 0.6, 0.8]).1)
+        .collect();
+    assert!(expected.iter().any(|f| f[0] > 0.0));
+    let mut apart = planes([7.0; 3]);
+    let own = wi.each_mut().map(Vec::as_mut_ptr);
+    let points = Points {
+        struct_size: size_of::<Points>(),
+        count: COUNT,
+        uv: Positions { component: uv.each_ref().map(Vec::as_ptr), stride: 8 },
+        wi: Vectors { component: own.map(<*mut f32>::cast_const), stride: 4 },
+        wo: Vectors { component: wo.each_ref().map(Vec::as_ptr), stride: 4 },
+        xi: Vectors { component: [ptr::null(); 3], stride: 0 },
+        footprint: Numbers { values: ptr::null(), stride: 0 },
+        active: Flags { values: ptr::null(), stride: 0 },
+        lobes: 0,
+        sides: 0,
+    };
+    let outputs = [apart.each_mut().map(Vec::as_mut_ptr), own];
+    for component in outputs {
+        let (to, none) = (VectorsOut { component, stride: 4 }, ptr::null_mut());
+        // SAFETY: all arrays have as many points; the last output is an input, as it may be.
+        let status = unsafe {
+            let (points, to) = (&raw const points, &raw const to);
+            selvedge_shader_eval_batch(loaded.shader, points, none, 0, to)
+        };
+        assert_eq!(status, Status::Ok);
+        for (i, expected) in expected.iter().enumerate() {
+            // SAFETY: within the arrays, which live.
+            let found = component.map(|plane| unsafe { plane.add(i).read() });
+            assert_eq!(found, *expected, "point {i}");
+        }
+    }
+}
+
+#[test]
 fn versions_are_those_of_the_build() {
     // SAFETY: neither function takes anything; the string is static.
     let (abi, text) =
