@@ -235,7 +235,7 @@ fn density(group: &Group, wi: Vector<f32>, wo: Vector<f32>) -> f64 {
         return 0.0;
     }
     let t = Vector::new(0.0, cos_u, -sin_u);
-    let facing = Facing::new(q.into(), t.dot(wi).into(), t.dot(wo).into());
+    let facing = Facing::new(q, t.dot(wi), t.dot(wo));
     let density = group.piece.sampler.density(&Azimuth::on_cone(t, wi, wo), facing);
     spread * f64::from(density) / m
 }
