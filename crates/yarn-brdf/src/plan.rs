@@ -132,6 +132,8 @@ mod tests {
         let mut cloth = Cloth::from_threads(weave, &[thread; 2], &[thread; 2], yarn).unwrap();
         cloth.pitch = DVec2::splat(1e-3);
         cloth.combination = combination;
+        // Which threads tell by their diameter.
+        cloth.yarns.iter_mut().for_each(|own| own.size = yarn.size);
         let plan = cloth.prepare().unwrap().plan();
         assert!(plan.bytes > plan.bytes_of_weave && plan.bytes_of_weave > 0, "{plan:?}");
         plan.steps.iter().filter(|step| step.is_done).map(|step| step.what).collect()

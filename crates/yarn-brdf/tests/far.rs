@@ -203,7 +203,7 @@ fn no_cloth_reflects_more_than_it_receives_and_draws_weigh_the_albedo() {
             let (y, x) = (TAU * f64::from(i) / 24.0).sin_cos();
             DVec3::new((1.0 - z * z).sqrt() * x, (1.0 - z * z).sqrt() * y, z).as_vec3()
         }) {
-            let count = 8000;
+            let count = 32_000;
             let points = Halton::<3>::new().points_from(std::num::NonZeroU32::MIN).take(count);
             let (mut drawn, mut even) = (0.0, 0.0);
             for [a, b, c] in points {

@@ -48,7 +48,7 @@ pub enum Shape {
     /// A square sample of cloth around z = 0, of 256 × 256 vertices, that lies flat and faces up but
     /// for its wrinkles: creases across it, pressed when it was folded and put away. u runs along
     /// x and v along y, both from 0 at the lower left corner, in metres where it is level; on the
-    /// slopes of its wrinkles, of up to 20°, threads are up to 6 % longer.
+    /// slopes of its wrinkles, of up to 26°, threads are up to 11 % longer.
     Wrinkled {
         /// In metres, within [`SIZES`].
         side: f32,
@@ -340,12 +340,12 @@ mod tests {
         let heights = mesh.positions().iter().map(|position| position.z);
         let [low, high] = [heights.clone().reduce(f32::min), heights.reduce(f32::max)];
         let [low, high] = [low.unwrap(), high.unwrap()];
-        assert!(low < -1e-4 && high > 2e-3 && high - low < 5e-3, "{low} {high}");
+        assert!(low < -1e-3 && high > 6e-3 && high - low < 9e-3, "{low} {high}");
         let slopes = mesh.normals().iter().map(|normal| normal.z.acos().to_degrees());
         let steepest = slopes.fold(0.0, f32::max);
-        assert!((15.0..20.0).contains(&steepest), "{steepest}");
+        assert!((20.0..26.0).contains(&steepest), "{steepest}");
         let report = UvReport::new(&mesh);
-        assert!(report.stretch.iter().all(|s| (s - 1.0).abs() < 0.06), "{report:?}");
+        assert!(report.stretch.iter().all(|s| (s - 1.0).abs() < 0.11), "{report:?}");
         assert_eq!(report.warnings(), [""; 0]);
     }
 
