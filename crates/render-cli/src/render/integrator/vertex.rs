@@ -2,7 +2,7 @@
 
 use std::f32::consts::FRAC_1_PI;
 
-use glam::{DVec2, Mat3, Vec2, Vec3};
+use glam::{Mat3, Vec3};
 use selvedge_normalize::warp::square_to_cosine_hemisphere;
 use selvedge_yarn_brdf::Shader;
 
@@ -102,8 +102,8 @@ impl<'a> Vertex<'a> {
             Material::Matte(reflectance) => Scatterer::Matte(*reflectance),
             Material::Cloth { shader, is_open } => {
                 let axes = footprint::axes(&point, beam, hit.t);
-                let [a, b] = axes.map(Vec2::as_dvec2);
-                let deviation = DVec2::new(a.x.hypot(b.x), a.y.hypot(b.y));
+                let [a, b] = axes;
+                let deviation = (a * a + b * b).map(f32::sqrt).as_dvec2();
                 let far = scene.detail.far_weight(shader, deviation);
                 if far > 0.0 && (far >= 1.0 || sample.next_1d() < far) {
                     let footprint =
