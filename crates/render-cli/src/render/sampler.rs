@@ -2,7 +2,12 @@
 //!
 //! A number is a function of seed, pixel, sample and dimension; there is no generator to share.
 
+use std::{array, sync::LazyLock};
+
 use glam::Vec2;
+use sobol_burley::parts::{
+    Int4, hash, hash_int4, owen_scramble_int4_rev, owen_scramble_rev, sobol_int4_rev,
+};
 
 /// Most samples of a pixel: the length of the sequence.
 pub const MAX_SAMPLES: u32 = 1 << 16;
@@ -50,7 +55,7 @@ impl Sample {
     pub fn next_1d(&mut self) -> f32 {
         if self.used == self.set.len() {
             let scramble = self.scramble ^ mix(self.sets.into()) as u32;
-            self.set = sobol_burley::sample_4d(self.index, 0, scramble);
+            self.set = four(self.index, scramble);
             self.sets += 1;
             self.used = 0;
         }
@@ -62,6 +67,22 @@ impl Sample {
     pub fn next_2d(&mut self) -> Vec2 {
         Vec2::new(self.next_1d(), self.next_1d())
     }
+}
+
+/// [`sobol_burley::sample_4d`] of the first four dimensions, from its parts: the integers of the
+/// sequence, which it sums bit by bit, are looked up by four bits at once.
+fn four(index: u32, scramble: u32) -> [f32; 4] {
+    static OF_BITS: LazyLock<[[Int4; 16]; 4]> = LazyLock::new(|| {
+        let of = |place: usize, bits: usize| sobol_int4_rev((bits << (28 - 4 * place)) as u32, 0);
+        array::from_fn(|place| array::from_fn(|bits| of(place, bits)))
+    });
+    let shuffled = owen_scramble_rev(index.reverse_bits(), hash(scramble ^ 0x79c6_8e4a));
+    let of_bits = &*OF_BITS;
+    let part = |place: usize| of_bits[place][(shuffled >> (28 - 4 * place)) as usize % 16];
+    let sobol = part(0) ^ part(1) ^ part(2) ^ part(3);
+    let by_dimension: Int4 = [0x912f_69ba, 0x174f_18ab, 0x691e_72ca, 0xb40c_c1b8].into();
+    let of_seed: Int4 = [scramble.wrapping_mul(0x9c8f_2d3b); 4].into();
+    owen_scramble_int4_rev(sobol, hash_int4(of_seed ^ by_dimension)).reverse_bits().to_f32_norm()
 }
 
 /// A bijection that sends 0 to 0 and spreads every input bit over the output: the finalizer of
@@ -101,6 +122,15 @@ mod tests {
             assert_ne!(base, other);
         }
         assert_eq!(base, first([3, 5], 0));
+    }
+
+    #[test]
+    fn four_numbers_at_once_are_those_of_the_crate() {
+        for index in (0..MAX_SAMPLES).step_by(7).chain([MAX_SAMPLES - 1]) {
+            for scramble in [0, 1, 0xdead_beef, u32::MAX] {
+                assert_eq!(four(index, scramble), sobol_burley::sample_4d(index, 0, scramble));
+            }
+        }
     }
 
     #[test]

@@ -5,8 +5,8 @@ use std::ptr;
 use glam::{DVec2, Vec3};
 use selvedge_yarn_brdf::{Batch, Draws, Lobes, Sample, Samples, Shader};
 
-/// Places of cloth, each with two directions or with numbers that choose one, and with the index of
-/// whom they are of.
+/// Places of cloth, with two directions or with numbers that choose one, and with the index of whom
+/// they are of.
 pub(super) struct ClothPoints<'a> {
     cloths: Vec<(&'a Shader, Points)>,
     /// Places to make room for.
@@ -27,19 +27,38 @@ impl<'a> ClothPoints<'a> {
         Self { cloths: Vec::new(), capacity }
     }
 
-    /// A place of `shader`'s cloth, uv in metres. `wi` is a direction of the shading frame, or three
-    /// numbers in [0, 1).
-    pub(super) fn push(&mut self, of: usize, shader: &'a Shader, uv: DVec2, wi: Vec3, wo: Vec3) {
-        let known = self.cloths.iter().position(|(cloth, _)| ptr::eq(*cloth, shader));
-        let cloth = known.unwrap_or(self.cloths.len());
-        if known.is_none() {
-            self.cloths.push((shader, Points::new(self.capacity)));
+    /// Places of `shader`'s cloth, uv in metres, alone: all that opacities depend on.
+    pub(super) fn push_places(&mut self, of: usize, shader: &'a Shader, places: &[DVec2]) {
+        self.of(shader).push_places(of, places);
+    }
+
+    /// Places of `shader`'s cloth, uv in metres, all seen along the same directions. `wi` is one of the
+    /// shading frame, or three numbers in [0, 1).
+    pub(super) fn push(
+        &mut self,
+        of: usize,
+        shader: &'a Shader,
+        places: &[DVec2],
+        [wi, wo]: [Vec3; 2],
+    ) {
+        let points = self.of(shader);
+        points.push_places(of, places);
+        let count = points.of.len();
+        for (parts, vector) in [(&mut points.wi, wi), (&mut points.wo, wo)] {
+            for (part, component) in parts.iter_mut().zip(vector.to_array()) {
+                part.resize(count, component);
+            }
         }
-        let points = &mut self.cloths[cloth].1;
-        points.of.push(of);
-        push(&mut points.uv, uv.to_array());
-        push(&mut points.wi, wi.to_array());
-        push(&mut points.wo, wo.to_array());
+    }
+
+    /// The places of that cloth.
+    fn of(&mut self, shader: &'a Shader) -> &mut Points {
+        let known = self.cloths.iter().position(|(cloth, _)| ptr::eq(*cloth, shader));
+        let cloth = known.unwrap_or_else(|| {
+            self.cloths.push((shader, Points::new(self.capacity)));
+            self.cloths.len() - 1
+        });
+        &mut self.cloths[cloth].1
     }
 
     /// Calls `each` with the opacities of all places that were pushed for someone in turn.
@@ -115,6 +134,13 @@ impl Points {
         }
     }
 
+    fn push_places(&mut self, of: usize, places: &[DVec2]) {
+        self.of.resize(self.of.len() + places.len(), of);
+        for (axis, part) in self.uv.iter_mut().enumerate() {
+            part.extend(places.iter().map(|place| place[axis]));
+        }
+    }
+
     fn batch(&self) -> Batch<'_> {
         Batch {
             uv: self.uv.each_ref().map(Vec::as_slice),
@@ -122,13 +148,6 @@ impl Points {
             wo: self.wo.each_ref().map(Vec::as_slice),
             active: None,
         }
-    }
-}
-
-/// Adds a vector, component by component.
-fn push<T, const N: usize>(parts: &mut [Vec<T>; N], vector: [T; N]) {
-    for (part, component) in parts.iter_mut().zip(vector) {
-        part.push(component);
     }
 }
 

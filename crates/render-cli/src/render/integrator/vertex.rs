@@ -220,9 +220,7 @@ pub(super) fn close_gaps(vertices: &mut [Vertex<'_>]) {
         if let Scatterer::Cloth(shader, footprint) = &vertex.scatterer
             && shader.has_gaps()
         {
-            for &place in footprint.places() {
-                cloth.push(index, shader, place, Vec3::Z, Vec3::Z);
-            }
+            cloth.push_places(index, shader, footprint.places());
         }
     }
     cloth.opacities(|index, opacities| {
@@ -257,9 +255,7 @@ pub(super) fn scattering(
                     Lobes { diffuse: reflectance * FRAC_1_PI * balance, other: Vec3::ZERO }
                 }
                 Scatterer::Cloth(shader, footprint) => {
-                    for &place in footprint.places() {
-                        cloth.push(index, shader, place, lit.wi, vertex.wo);
-                    }
+                    cloth.push(index, shader, footprint.places(), [lit.wi, vertex.wo]);
                     Lobes::default()
                 }
                 Scatterer::FarCloth(shader, footprint, cover) => {
@@ -312,7 +308,8 @@ pub(super) fn bounces<'a>(
                 let place = footprint.pick(sample.next_1d());
                 let choice = sample.next_1d();
                 let square = sample.next_2d();
-                cloth.push(index, shader, place, Vec3::new(choice, square.x, square.y), vertex.wo);
+                let numbers = Vec3::new(choice, square.x, square.y);
+                cloth.push(index, shader, &[place], [numbers, vertex.wo]);
                 None
             }
             Scatterer::FarCloth(shader, footprint, cover) => {

@@ -135,35 +135,48 @@ impl Wide {
     ) {
         // (child, where the ray enters it), the next one last.
         let mut stack = ArrayVec::<(u32, f32), STACK>::new();
-        if !self.nodes.is_empty() {
-            stack.push((0, t_min));
-        }
-        while let Some((child, entry)) = stack.pop() {
-            if entry > t_max {
-                continue;
-            }
-            if child & LEAF != 0 {
+        let mut child = if self.nodes.is_empty() { return } else { 0 };
+        loop {
+            if child & LEAF == 0 {
+                let node = &self.nodes[child as usize];
+                let (entries, mut met) = ray.meets(simd, node, [t_min, t_max]);
+                let mut next = || {
+                    let slot = met.trailing_zeros() as usize % WIDTH;
+                    let is_there = met != 0;
+                    met &= met.wrapping_sub(1);
+                    is_there.then(|| (node.children[slot], entries[slot]))
+                };
+                if let Some(mut nearest) = next() {
+                    let base = stack.len();
+                    while let Some(mut other) = next() {
+                        if is_ordered && other.1 < nearest.1 {
+                            (nearest, other) = (other, nearest);
+                        }
+                        let mut place = stack.len();
+                        if stack.try_push(other).is_err() {
+                            break;
+                        }
+                        while is_ordered && place > base && stack[place - 1].1 < other.1 {
+                            stack.swap(place - 1, place);
+                            place -= 1;
+                        }
+                    }
+                    child = nearest.0;
+                    continue;
+                }
+            } else {
                 t_max = visit((child & !LEAF) as usize, t_max);
                 if t_max.partial_cmp(&t_min) != Some(Ordering::Greater) {
                     return;
                 }
-                continue;
             }
-            let node = &self.nodes[child as usize];
-            let (entries, mut met) = ray.meets(simd, node, [t_min, t_max]);
-            let base = stack.len();
-            while met != 0 {
-                let slot = met.trailing_zeros() as usize % WIDTH;
-                met &= met - 1;
-                let mut place = stack.len();
-                if stack.try_push((node.children[slot], entries[slot])).is_err() {
-                    break;
+            child = loop {
+                match stack.pop() {
+                    Some((child, entry)) if entry <= t_max => break child,
+                    Some(_) => {}
+                    None => return,
                 }
-                while is_ordered && place > base && stack[place - 1].1 < stack[place].1 {
-                    stack.swap(place - 1, place);
-                    place -= 1;
-                }
-            }
+            };
         }
     }
 }
