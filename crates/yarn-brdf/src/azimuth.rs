@@ -90,34 +90,43 @@ impl AzimuthSampler {
 
     /// (cos Δφ, sin Δφ) for `xi` in [0, 1); `sin` is the sine of the azimuth whose cosine is in
     /// `facing`.
-    pub(crate) fn sample(&self, xi: f64, facing: Facing<f64>, sin: f64) -> (f64, f64) {
+    #[inline(always)]
+    pub(crate) fn sample<R: Real>(&self, xi: R, facing: Facing<R>, sin: R) -> (R, R) {
         let [even, peak] = self.shares(facing);
         let place = xi * (even + peak);
-        if place < even {
-            // From the normal on.
-            let (s, c) = (PI * (place / even - 0.5)).sin_cos();
-            return (c * facing.cos - s * sin, s * facing.cos + c * sin);
+        let rest = (place - even) / xi.of(1.0 - self.even_share);
+        let (cos_peak, sin_peak) = self.about_peak(rest, facing, sin);
+        let is_even = place.lt(even);
+        if !R::any(is_even) {
+            return (cos_peak, sin_peak);
         }
-        let xi = (place - even) / (1.0 - self.even_share);
+        // From the normal on.
+        let (s, c) = ((place / even - xi.of(0.5)) * xi.of(PI)).sin_cos();
+        let (cos_even, sin_even) = (c * facing.cos - s * sin, s * facing.cos + c * sin);
+        (R::select(is_even, cos_even, cos_peak), R::select(is_even, sin_even, sin_peak))
+    }
+
+    /// The same for a place `xi` in the share of the peak.
+    #[inline(always)]
+    fn about_peak<R: Real>(&self, xi: R, facing: Facing<R>, sin: R) -> (R, R) {
         match self.peak.kind(facing) {
             Kind::Cauchy { width, is_backward } => {
-                let sign = if is_backward { 1.0 } else { -1.0 };
+                let sign = if is_backward { xi.one() } else { -xi.one() };
                 let (cos, sin) = (sign * facing.cos, sign * sin);
                 // tan(Δφ/2) = k tan(τ/2) about the peak, τ even; from a right angle before the normal.
-                let half = (-cos).atan2(width * (1.0 + sin)) + PI * xi;
-                let (s, c) = (width * half.sin(), half.cos());
+                let half = (-cos).atan2(width * (sin + xi.one())) + xi * xi.of(PI);
+                let (s, c) = half.sin_cos();
+                let s = width * s;
                 let scale = sign / (s * s + c * c);
-                ((c * c - s * s) * scale, 2.0 * s * c * scale)
+                ((c * c - s * s) * scale, (s + s) * c * scale)
             }
             Kind::Tabulated(table) => {
                 let [near, _] = table_shares(table, facing.cos);
-                let side = 1.0f64.copysign(sin);
-                let angle = if xi < near {
-                    side * table.inverse(2.0 * xi)
-                } else {
-                    -side * table.inverse(2.0 * (xi - near))
-                };
-                (angle.cos(), angle.sin())
+                let is_near = xi.lt(near);
+                let share = R::select(is_near, xi, xi - near);
+                let angle = (share + share).map(|share| table.inverse(share));
+                let (s, c) = angle.sin_cos();
+                (c, R::select(is_near, s, -s) * xi.one().copysign(sin))
             }
         }
     }

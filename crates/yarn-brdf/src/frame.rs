@@ -46,6 +46,16 @@ impl<R: Real> Vector<R> {
         Self::new(self.x - other.x, self.y - other.y, self.z - other.z)
     }
 
+    /// The vector product.
+    #[inline(always)]
+    pub(crate) fn cross(self, other: Self) -> Self {
+        Self::new(
+            self.y * other.z - self.z * other.y,
+            self.z * other.x - self.x * other.z,
+            self.x * other.y - self.y * other.x,
+        )
+    }
+
     /// `self` times `factor`.
     #[inline(always)]
     pub(crate) fn times(self, factor: R) -> Self {

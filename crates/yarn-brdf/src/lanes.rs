@@ -88,6 +88,10 @@ impl<S: Simd> Real for f32x16<S> {
         math::i0e(self)
     }
     #[inline(always)]
+    fn map(self, function: impl Fn(f64) -> f64) -> Self {
+        Self::from_fn(self.token(), |i| self[i].map(&function))
+    }
+    #[inline(always)]
     fn lt(self, other: Self) -> Self::Mask {
         self.simd_lt(other)
     }

@@ -79,6 +79,7 @@ mod cloth;
 #[cfg(feature = "serde")]
 mod color;
 mod density;
+mod draw;
 mod fabric;
 mod far;
 mod filament;

@@ -55,6 +55,8 @@ pub(crate) trait Real:
     fn atan2(self, x: Self) -> Self;
     /// The scaled Bessel function e^{−x} I₀(x), for x = `self` ≥ 0.
     fn i0e(self) -> Self;
+    /// What `function` makes of it, one after the other: where there is nothing better.
+    fn map(self, function: impl Fn(f64) -> f64) -> Self;
     /// `self` < `other`; false where either is NaN.
     fn lt(self, other: Self) -> Self::Mask;
     /// Whether `mask` holds in any lane: if not, what only those lanes need is left out.
@@ -208,6 +210,10 @@ macro_rules! impl_real {
                 #[inline(always)]
                 fn i0e(self) -> Self {
                     $i0e(self)
+                }
+                #[inline(always)]
+                fn map(self, function: impl Fn(f64) -> f64) -> Self {
+                    function(self.into()) as $float
                 }
                 #[inline(always)]
                 fn lt(self, other: Self) -> bool {

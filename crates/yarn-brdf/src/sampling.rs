@@ -13,16 +13,12 @@
 //! folded back, which would add a second branch to the density. One of the lobes is chosen at random
 //! and the density is that of both (Veach 1997, section 9.2.4).
 
-use core::f64::consts::PI;
+use glam::{DVec2, Vec3};
 
-use glam::{DVec2, DVec3, Vec3};
-use selvedge_normalize::warp::square_to_cosine_hemisphere;
-
-use crate::azimuth::Facing;
 use crate::density::{Drawing, density};
+use crate::draw::draw;
 use crate::frame::{Vector, from_yarn, to_yarn};
 use crate::place::Place;
-use crate::segment::{Spread, normal};
 use crate::shader::Shader;
 use crate::weave::Side;
 
@@ -46,29 +42,16 @@ impl Shader {
     #[must_use]
     pub fn sample(&self, uv: DVec2, wo: Vec3, xi: [f32; 3]) -> Option<Sample> {
         self.with_seen(uv, wo, |seen| {
-            let wi = self.draw(seen, xi)?;
+            let place = seen.place;
+            let wi = draw(place.piece, place.at, &seen.drawing, seen.wo, xi);
+            // Rounded as whoever asks for its density has it.
+            let wi = (wi.z > 0.0).then(|| self.to_surface(seen, wi))?;
             let wi_yarn = self.to_yarn(seen, wi)?;
             let pdf = seen.density(wi_yarn);
             let [specular, diffuse] = self.lobes_at(seen.place, wi_yarn, seen.wo).map(Vec3::from);
             let weight = (specular + diffuse) * wi.z.abs() / pdf;
             (pdf > 0.0 && weight.is_finite()).then_some(Sample { wi, weight, pdf })
         })?
-    }
-
-    /// The direction that [`Shader::sample`] draws, also if it is below the surface.
-    pub(crate) fn drawn(&self, uv: DVec2, wo: Vec3, xi: [f32; 3]) -> Option<Vec3> {
-        self.with_seen(uv, wo, |seen| self.draw(seen, xi))?
-    }
-
-    fn draw(&self, seen: &Seen<'_>, xi: [f32; 3]) -> Option<Vec3> {
-        let [choice, a, b] = xi.map(|x| f64::from(x).clamp(0.0, 1.0 - f64::EPSILON));
-        let share = f64::from(seen.drawing.share);
-        let wi = if choice < share {
-            draw_highlight(seen, [choice / share, a, b])?
-        } else {
-            square_to_cosine_hemisphere(DVec2::new(a, b))
-        };
-        Some(self.to_surface(seen, wi))
     }
 
     /// The density, sr⁻¹, with which [`Shader::sample`] draws `wi` for `wo` at `uv` (m).
@@ -113,11 +96,11 @@ impl Shader {
     }
 
     /// A direction of the yarn frame in the shading frame.
-    fn to_surface(&self, seen: &Seen<'_>, w: DVec3) -> Vec3 {
-        let w = from_yarn(Vector::<f64>::of(w), seen.place.segment.is_warp);
+    fn to_surface(&self, seen: &Seen<'_>, w: Vector<f32>) -> Vec3 {
+        let w = from_yarn(w, seen.place.segment.is_warp);
         let w = if seen.side == Side::Back { w.turned_over() } else { w };
         let w = self.frame.turned_back(w);
-        DVec3::new(w.x, w.y, w.z).as_vec3()
+        Vec3::new(w.x, w.y, w.z)
     }
 
     /// A direction of the shading frame in the yarn frame, if it is on the side of `wo`.
@@ -126,37 +109,6 @@ impl Shader {
         let (side, w, _) = self.oriented(w, w)?;
         (side == seen.side).then(|| to_yarn(w, seen.place.segment.is_warp))
     }
-}
-
-/// A direction of the yarn frame drawn from the highlight.
-fn draw_highlight(seen: &Seen<'_>, [a, b, c]: [f64; 3]) -> Option<DVec3> {
-    let Place { piece, at: [x, y, _], .. } = *seen.place;
-    let optics = &piece.optics;
-    let [from, to] = seen.drawing.span.map(f64::from);
-    let (sin, cos) = (from + (to - from) * a).sin_cos();
-    let drawn = (sin as f32, cos as f32);
-    let (along, across) = (optics.along(y), optics.across(x));
-    let (along, across) = ((along.0, along.1), (across.0, across.1));
-    let ((sin_u, cos_u), (sin_v, cos_v)) = match optics.spread {
-        Spread::Staple { .. } => (along, drawn),
-        Spread::Filament { .. } => (drawn, across),
-        Spread::Rough { .. } => (along, across),
-    };
-    let n = vector(normal(sin_u, cos_u, sin_v, cos_v));
-    let t = vector(optics.tangent(sin_u, cos_u, sin_v, cos_v));
-    let wo = vector(seen.wo);
-    let so = t.dot(wo);
-    let si = match optics.spread {
-        Spread::Rough { inv_variance, .. } => draw_inclination(so, inv_variance.into(), a, c),
-        Spread::Staple { .. } | Spread::Filament { .. } => -so,
-    };
-    let e1 = (wo - so * t).try_normalize().unwrap_or_else(|| t.any_orthonormal_vector());
-    let e2 = t.cross(e1);
-    let q = n.dot(wo);
-    let (cos_phi, sin_phi) = piece.sampler.sample(b, Facing::new(q, si, so), n.dot(e2));
-    let radius = (1.0 - si * si).max(0.0).sqrt();
-    let wi = (si * t + radius * (cos_phi * e1 + sin_phi * e2)).normalize();
-    (wi.z > 0.0 && q > 0.0).then_some(wi)
 }
 
 /// What a direction sees at a position.
@@ -173,20 +125,4 @@ impl Seen<'_> {
     fn density(&self, wi: Vector<f32>) -> f32 {
         density(self.place.piece, self.place.at, &self.drawing, wi, self.wo)
     }
-}
-
-/// The sine of an inclination about a rough fibre, drawn from M(s_i, s_o) for fixed s_o = `so` by
-/// two numbers in [0, 1) (d'Eon, Marschner & Hanika 2013, section 4: a direction about the cone,
-/// from a von Mises–Fisher lobe).
-fn draw_inclination(so: f64, inv_variance: f64, a: f64, b: f64) -> f64 {
-    // 1 + v ln(1 − a (1 − e^{−2/v})).
-    let cosine = 1.0 + (a * (-2.0 * inv_variance).exp_m1()).ln_1p() / inv_variance;
-    let cosine = cosine.clamp(-1.0, 1.0);
-    let sine = ((1.0 - cosine) * (1.0 + cosine)).sqrt();
-    let co = ((1.0 - so) * (1.0 + so)).max(0.0).sqrt();
-    (-so * cosine + co * sine * (2.0 * PI * b).cos()).clamp(-1.0, 1.0)
-}
-
-fn vector(v: Vector<f32>) -> DVec3 {
-    Vec3::new(v.x, v.y, v.z).as_dvec3()
 }

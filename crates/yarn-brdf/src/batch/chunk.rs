@@ -4,6 +4,7 @@ use fearless_simd::{Simd, f32x16, prelude::*, u32x16};
 
 use super::Batch;
 use crate::density::density;
+use crate::draw::draw;
 use crate::frame::Vector;
 use crate::lanes::{LANES, put};
 use crate::material::Piece;
@@ -18,7 +19,10 @@ pub(super) const CHUNK: usize = 256;
 pub(super) struct Chunk {
     /// x and y in [−1, 1], and w/l.
     pub(super) at: [[f32; CHUNK]; 3],
-    /// In the yarn frame.
+    /// Whether it is on a warp yarn, and seen from the back: a bit for each point of a block.
+    pub(super) is_warp: [u16; CHUNK / LANES],
+    pub(super) is_back: [u16; CHUNK / LANES],
+    /// In the yarn frame; or the numbers that draw it.
     pub(super) wi: [[f32; CHUNK]; 3],
     pub(super) wo: [[f32; CHUNK]; 3],
     /// The key of the piece of yarn, or [`NOTHING`].
@@ -29,7 +33,8 @@ pub(super) struct Chunk {
     pub(super) is_apart: [bool; CHUNK],
     /// The factor of the highlight's grains; 1 where there are none.
     pub(super) intensity: [f32; CHUNK],
-    /// f of the peak, of the uniform part and of the diffuse, if the yarn were white.
+    /// f of the peak, of the uniform part and of the diffuse, if the yarn were white; or a direction
+    /// drawn in the yarn frame.
     white: [[f32; CHUNK]; 3],
     density: [f32; CHUNK],
     /// What is wanted.
@@ -44,6 +49,8 @@ pub(super) enum Wanted {
     Lobes,
     Density,
     Both,
+    /// A direction, drawn by the numbers that stand in its place.
+    Direction,
 }
 
 /// The key of points that reflect nothing.
@@ -53,6 +60,8 @@ impl Chunk {
     pub(super) fn new() -> Self {
         Self {
             at: [[0.0; CHUNK]; 3],
+            is_warp: [0; CHUNK / LANES],
+            is_back: [0; CHUNK / LANES],
             wi: [[0.0; CHUNK]; 3],
             wo: [[0.0; CHUNK]; 3],
             piece: [NOTHING; CHUNK],
@@ -133,6 +142,35 @@ impl Shader {
         }
     }
 
+    /// Draws a direction at each of `points` by the numbers that stand in its place, in the shading
+    /// frame, and sets lobes and density there; nothing but a density of 0 where there is none. Of
+    /// those that are apart, nothing is set.
+    #[inline(always)]
+    pub(super) fn draw_lanes<S: Simd>(
+        &self,
+        simd: S,
+        points: &Batch<'_>,
+        drawn: &mut [[f32; CHUNK]; 3],
+        chunk: &mut Chunk,
+    ) {
+        // What is seen does not depend on where light comes from, as long as that is in front.
+        self.find_all(simd, &Batch { wi: points.wo, ..*points }, chunk);
+        for (part, numbers) in chunk.wi.iter_mut().zip(points.wi) {
+            part[..numbers.len()].copy_from_slice(numbers);
+        }
+        let blocks = points.len().div_ceil(LANES);
+        self.shade_white(simd, blocks, Wanted::Direction, chunk);
+        for first in (0..points.len()).step_by(LANES) {
+            let direction = Lanes::From(first).vector(simd, &chunk.white);
+            let direction = self.settle(direction, first, chunk);
+            put([direction.x, direction.y, direction.z], drawn, first);
+        }
+        self.shade_white(simd, blocks, Wanted::Both, chunk);
+        for first in (0..points.len()).step_by(LANES) {
+            self.color(simd, first, Wanted::Both, chunk);
+        }
+    }
+
     /// Finds what is `wanted` of points whose places are known, as if they were white.
     #[inline(always)]
     fn shade_white<S: Simd>(&self, simd: S, blocks: usize, wanted: Wanted, chunk: &mut Chunk) {
@@ -204,6 +242,13 @@ impl Shader {
                 let Vector { x, y, z: ratio } = lanes.vector(simd, &chunk.at);
                 let at = [x, y, ratio];
                 let zero = x.zero();
+                if wanted == Wanted::Direction {
+                    let bright =
+                        self.materials.side_by_side.look(simd, &lanes.yarns(&chunk.yarn)).bright();
+                    let drawing = self.drawing(piece, at, wo, bright);
+                    let Vector { x, y, z } = draw(piece, at, &drawing, wo, [wi.x, wi.y, wi.z]);
+                    return ([x, y, z], zero);
+                }
                 let (mut white, mut pdf) =
                     (White { highlight: Parts::none(x), diffuse: zero }, zero);
                 if wanted != Wanted::Density {

@@ -16,6 +16,7 @@ use fearless_simd::{Level, Simd};
 use glam::{DVec2, Vec3};
 
 use crate::lanes::dispatch;
+use crate::sampling::Sample;
 use crate::shader::{Lobes, Shader};
 use chunk::{CHUNK, Chunk, NOTHING, Wanted};
 
@@ -254,8 +255,6 @@ impl Shader {
 
     /// [`Shader::sample`] of each point.
     ///
-    /// The directions are drawn one after the other; all else is worked out side by side.
-    ///
     /// # Errors
     ///
     /// Slices of different lengths.
@@ -268,29 +267,31 @@ impl Shader {
         let mut drawn = [[0.0; CHUNK]; 3];
         for first in (0..all.len()).step_by(CHUNK) {
             let part = all.part(first, CHUNK);
-            for k in 0..part.len() {
-                let is_wanted = part.active.is_none_or(|active| active[k]);
-                let wo = Vec3::from_array(part.wo.map(|c| c[k]));
-                let uv = DVec2::new(part.uv[0][k], part.uv[1][k]);
-                let wi = is_wanted.then(|| self.drawn(uv, wo, part.wi.map(|c| c[k]))).flatten();
-                let wi = wi.unwrap_or(Vec3::ZERO).to_array();
-                for (c, value) in drawn.iter_mut().zip(wi) {
-                    c[k] = value;
-                }
+            let is_short = part.len() < self.fewest();
+            if !is_short {
+                dispatch!(self.level, simd => self.draw_lanes(simd, &part, &mut drawn, &mut chunk));
             }
-            let points = Batch { wi: drawn.each_ref().map(|c| &c[..part.len()]), ..part };
-            self.shade(&points, Wanted::Both, &mut chunk);
+            let is_irregular = self.materials.side_by_side.is_irregular;
             for k in 0..part.len() {
-                let color = |of: &[[f32; CHUNK]; 3]| Vec3::from_array(of.each_ref().map(|c| c[k]));
-                let (direction, density) = (color(&drawn), chunk.pdf[k]);
-                let f = color(&chunk.specular) + color(&chunk.diffuse);
-                let quotient = f * direction.z.abs() / density;
-                let is_sample = density > 0.0 && quotient.is_finite();
+                let sample = if is_short || (is_irregular && chunk.is_apart[k]) {
+                    let is_wanted = part.active.is_none_or(|active| active[k]);
+                    let wo = Vec3::from_array(part.wo.map(|c| c[k]));
+                    let uv = DVec2::new(part.uv[0][k], part.uv[1][k]);
+                    is_wanted.then(|| self.sample(uv, wo, part.wi.map(|c| c[k]))).flatten()
+                } else {
+                    let of =
+                        |all: &[[f32; CHUNK]; 3]| Vec3::from_array(all.each_ref().map(|c| c[k]));
+                    let (wi, pdf) = (of(&drawn), chunk.pdf[k]);
+                    let weight = (of(&chunk.specular) + of(&chunk.diffuse)) * wi.z.abs() / pdf;
+                    (pdf > 0.0 && weight.is_finite()).then_some(Sample { wi, weight, pdf })
+                };
+                let none = Sample { wi: Vec3::ZERO, weight: Vec3::ZERO, pdf: 0.0 };
+                let sample = sample.unwrap_or(none);
                 for c in 0..3 {
-                    wi[c][first + k] = if is_sample { direction[c] } else { 0.0 };
-                    weight[c][first + k] = if is_sample { quotient[c] } else { 0.0 };
+                    wi[c][first + k] = sample.wi[c];
+                    weight[c][first + k] = sample.weight[c];
                 }
-                pdf[first + k] = if is_sample { density } else { 0.0 };
+                pdf[first + k] = sample.pdf;
             }
         }
         Ok(())

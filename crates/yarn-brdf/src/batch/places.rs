@@ -42,6 +42,8 @@ impl Shader {
         let found = self.segments(is_lit, is_back, uv, first, chunk);
         let Found { is_hit, is_warp, at } = found;
         let (wi, wo) = (to_yarn(wi, is_warp), to_yarn(wo, is_warp));
+        chunk.is_warp[first / LANES] = is_warp.to_bitmask() as u16;
+        chunk.is_back[first / LANES] = is_back.to_bitmask() as u16;
         let lanes = first..first + LANES;
         put(at, &mut chunk.at, first);
         put([wi.x, wi.y, wi.z], &mut chunk.wi, first);
@@ -52,6 +54,33 @@ impl Shader {
         if self.materials.side_by_side.is_irregular {
             self.set_apart(first, chunk);
         }
+    }
+
+    /// The directions `w` of the yarn frames of the block of points from `first` on, in the shading
+    /// frame; sets those that they are again in the yarn frames. Points where there is none, or one
+    /// that rounding has taken to the other side, have no yarn any more.
+    #[inline(always)]
+    pub(super) fn settle<S: Simd>(
+        &self,
+        w: Vector<f32x16<S>>,
+        first: usize,
+        chunk: &mut Chunk,
+    ) -> Vector<f32x16<S>> {
+        let simd = w.x.token();
+        let mask = |bits: u16| mask32x16::from_bitmask(simd, bits.into());
+        let is_warp = mask(chunk.is_warp[first / LANES]);
+        let was_back = mask(chunk.is_back[first / LANES]);
+        let is_drawn = w.z.is_positive();
+        let turned = Vector::new(is_warp.select(w.x, w.y), is_warp.select(w.y, -w.x), w.z);
+        let drawn = self.frame.turned_back(turned_over(turned, was_back));
+        let Oriented { is_lit, is_back, wi, .. } = self.oriented_lanes(drawn, drawn);
+        let wi = to_yarn(wi, is_warp);
+        put([wi.x, wi.y, wi.z], &mut chunk.wi, first);
+        let pieces = u32x16::from_slice(simd, &chunk.piece[first..first + LANES]);
+        let is_sample = is_drawn & is_lit & !(is_back ^ was_back);
+        let nothing = u32x16::splat(simd, NOTHING);
+        is_sample.select(pieces, nothing).store_slice(&mut chunk.piece[first..first + LANES]);
+        drawn
     }
 
     /// Takes points on yarn that looks different from place to place out of those that are shaded
