@@ -18,12 +18,14 @@ pub mod args;
 pub mod command;
 pub mod draft;
 pub mod fabric;
+pub mod folder;
 pub mod image;
 pub mod input;
 pub mod interrupt;
 mod json;
 pub mod output;
 pub mod render;
+pub mod report;
 pub mod scene;
 pub mod terminal;
 
