@@ -58,6 +58,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         Command::Swatch(options) => command::swatch::run(options),
         Command::Presets => command::presets::run().map(|()| Outcome::Done),
         Command::Plan(options) => command::plan::run(options).map(|()| Outcome::Done),
+        Command::Measure(command) => command::measure::run(command),
         Command::Schema(options) => command::schema::run(*options).map(|()| Outcome::Done),
         Command::Draft(command) => command::draft::run(command),
         Command::Image(command) => command::image::run(command),

@@ -3,6 +3,7 @@
 mod draft;
 mod effort;
 mod image;
+mod measure;
 
 use std::path::PathBuf;
 
@@ -19,6 +20,7 @@ pub use self::{
     },
     effort::{Effort, ProgressForm},
     image::{DiffOptions, ImageCommand, PictureConvertOptions, PictureInfoOptions, Target},
+    measure::{MeasureCommand, MeasureOptions},
 };
 use crate::{
     image::{Format, View},
@@ -70,6 +72,16 @@ pub enum Command {
     /// And its memory, and how long a point takes on this machine, one after the other and many at a
     /// time.
     Plan(PlanOptions),
+
+    /// Measures how right cloths are shaded, and reports it
+    ///
+    /// Each subcommand prints a short table and writes a folder: report.html, one page with tables, plots
+    /// and pictures that needs nothing else; report.json, the same for programs, with the thresholds
+    /// ("checks"); and CSV files. A folder that is there is replaced only if it is empty or was written so.
+    ///
+    /// Exit codes: 0 done, 1 failed, 2 wrong command line, 3 a threshold is missed.
+    #[command(subcommand)]
+    Measure(MeasureCommand),
 
     /// Prints the JSON Schema of scenes or fabrics, for editors and programs that write them
     Schema(SchemaOptions),

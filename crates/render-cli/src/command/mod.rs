@@ -3,6 +3,7 @@
 pub mod draft;
 mod exposing;
 pub mod image;
+pub mod measure;
 pub mod plan;
 pub mod presets;
 mod progress;

@@ -1,0 +1,55 @@
+//! The command line of `selvedge measure`.
+
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand};
+
+/// What to measure.
+#[derive(Clone, Debug, Subcommand)]
+pub enum MeasureCommand {
+    /// Whether swapping light and viewer changes what is reflected
+    ///
+    /// Compares f(wi, wo) with f(wo, wi) of random pairs of directions: of the reference in f64, of
+    /// single points, of batches and of the far field.
+    Reciprocity(MeasureOptions),
+}
+
+/// Arguments of all that measures.
+#[derive(Clone, Debug, Args)]
+pub struct MeasureOptions {
+    /// What is measured: drafts (WIF), fabrics (JSON) or preset:NAME
+    #[arg(value_name = "CLOTH", required = true)]
+    pub inputs: Vec<PathBuf>,
+
+    /// The folder for the report
+    #[arg(short, long, value_name = "DIR")]
+    pub output: PathBuf,
+
+    /// How much is measured, 0.001 to 1000: with 2 it takes twice as long
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = budget)]
+    pub budget: f64,
+
+    /// Chooses the random numbers
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u64,
+
+    /// Threads to use [default: one per processor]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+
+    /// No progress; errors are still told
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+impl MeasureOptions {
+    /// `count` within the budget, at least 1.
+    pub fn count(&self, count: u64) -> u64 {
+        (count as f64 * self.budget).ceil().max(1.0) as u64
+    }
+}
+
+fn budget(text: &str) -> Result<f64, String> {
+    let budget = text.parse().ok().filter(|budget| (0.001..=1000.0).contains(budget));
+    budget.ok_or_else(|| "expected a number from 0.001 to 1000".to_owned())
+}

@@ -1,0 +1,125 @@
+//! `selvedge measure`: what is measured, and reported in a folder.
+//!
+//! Each subcommand makes a [`Report`] of its subjects and a summary for the terminal; what they have in
+//! common is here.
+
+mod histogram;
+mod random;
+mod reciprocity;
+mod surface;
+mod tuple;
+
+use std::{collections::BTreeSet, path::Path};
+
+use anyhow::Context;
+use rayon::ThreadPoolBuilder;
+use selvedge_yarn_brdf::Cloth;
+
+use self::surface::Surface;
+use crate::{
+    Outcome,
+    args::{MeasureCommand, MeasureOptions},
+    fabric::{self, PRESET},
+    folder::Folder,
+    output::tell,
+    report::{INDEX, Report, Table},
+};
+
+/// Measures what `command` says, and reports it.
+///
+/// # Errors
+///
+/// When a cloth cannot be read or is not sound, or the folder or standard output cannot be written.
+pub fn run(command: &MeasureCommand) -> anyhow::Result<Outcome> {
+    match command {
+        MeasureCommand::Reciprocity(options) => measure(options, reciprocity::measure),
+    }
+}
+
+/// A cloth to be measured.
+struct Subject {
+    /// As the user calls it.
+    input: String,
+    /// What files of it are called: short, and another one for each subject.
+    name: String,
+    cloth: Cloth,
+    surface: Box<dyn Surface>,
+}
+
+/// What to report, and what to print.
+struct Findings {
+    report: Report,
+    summary: Table,
+}
+
+/// Lets `work` measure what `options` name, on the threads that they allow, and writes its findings.
+fn measure(
+    options: &MeasureOptions,
+    work: impl FnOnce(&MeasureOptions, &[Subject]) -> anyhow::Result<Findings> + Send,
+) -> anyhow::Result<Outcome> {
+    let folder = Folder::new(&options.output, INDEX)?;
+    let pool = ThreadPoolBuilder::new()
+        .num_threads(options.threads.map_or(0, usize::from))
+        .build()
+        .context("threads: cannot be started")?;
+    let Findings { report, summary } = pool.install(|| -> anyhow::Result<_> {
+        let subjects = subjects(options)?;
+        work(options, &subjects)
+    })?;
+    report.finish(&folder, &summary)
+}
+
+/// Tells which subject is looked at.
+fn tell_progress(options: &MeasureOptions, subject: &Subject) {
+    if !options.quiet {
+        tell(&subject.input);
+    }
+}
+
+fn subjects(options: &MeasureOptions) -> anyhow::Result<Vec<Subject>> {
+    let mut taken = BTreeSet::new();
+    let subjects = options.inputs.iter().map(|input| {
+        let source = fabric::read(input)?;
+        let drawdown = source.draft().drawdown()?;
+        let cloth = source.cloth(&drawdown)?;
+        let shader = source.shader(&cloth)?;
+        let short = short_name(input);
+        let name = (1..)
+            .map(|k| if k == 1 { short.clone() } else { format!("{short}-{k}") })
+            .find(|name| taken.insert(name.clone()))
+            .expect("some number is free");
+        Ok(Subject { input: source.name().to_owned(), name, cloth, surface: Box::new(shader) })
+    });
+    subjects.collect()
+}
+
+/// What files of `input` are called: `denim` for `preset:denim` and `x/denim.json`.
+fn short_name(input: &Path) -> String {
+    let name = input.to_string_lossy();
+    let stem = match name.strip_prefix(PRESET) {
+        Some(preset) => preset.into(),
+        None => input.file_stem().unwrap_or_default().to_string_lossy(),
+    };
+    let plain = |c: char| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '-' };
+    let name: String = stem.chars().map(plain).collect();
+    let name = name.trim_matches('-');
+    if name.is_empty() { "cloth".to_owned() } else { name.to_owned() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_of_files_are_plain() {
+        let cases = [
+            ("preset:denim", "denim"),
+            ("a/b/My Cloth.v2.json", "my-cloth-v2"),
+            ("-", "cloth"),
+            ("../..", "cloth"),
+        ];
+        for (input, expected) in cases {
+            assert_eq!(short_name(input.as_ref()), expected, "{input}");
+        }
+    }
+}
