@@ -228,3 +228,45 @@ fn interrupted_work_is_written_and_can_be_gone_on_with() {
     told(folder, &format!("render plain.wif -o resumed.exr {options} --resume state"));
     assert!(bytes(folder, "resumed.exr") == bytes(folder, "straight.exr"));
 }
+
+#[test]
+fn error_against_a_reference_falls_and_ends_as_the_pictures_differ() {
+    let folder = folder();
+    let folder = folder.path();
+    let options = "--size 60x40 --exposure 0.5 -q";
+    told(folder, &format!("swatch plain.wif -o true.exr --spp 256 --seed 1 {options}"));
+    let log = "--reference true.exr --error-log log.csv";
+    told(folder, &format!("swatch plain.wif -o part.exr --spp 32 {options} {log}"));
+    let text = fs::read_to_string(folder.join("log.csv")).unwrap();
+    let mut lines = text.lines();
+    assert_eq!(lines.next(), Some("seconds,spp,relmse,flip"));
+    let rows: Vec<Vec<f64>> =
+        lines.map(|line| line.split(',').map(|cell| cell.parse().unwrap()).collect()).collect();
+    // 1, 2, 4, 8, 16 and 32 samples per pixel, or more rows where that takes long.
+    assert!(rows.len() >= 6, "{text}");
+    let (first, last) = (&rows[0], &rows[rows.len() - 1]);
+    assert!(rows.is_sorted_by(|a, b| a[0] <= b[0] && a[1] < b[1]), "{text}");
+    assert_eq!(last[1], 32.0, "{text}");
+    assert!(last[2] < 0.3 * first[2] && last[3] < first[3], "{text}");
+
+    let diff = run(folder, "image diff part.exr true.exr --json");
+    let diff: serde_json::Value = serde_json::from_slice(&diff.stdout).unwrap();
+    for (metric, found) in [("relmse", last[2]), ("flip", last[3])] {
+        let expected = diff[metric].as_f64().unwrap();
+        assert!((found - expected).abs() < 1e-6 * expected, "{metric}: {found}, {expected}");
+    }
+}
+
+#[test]
+fn reference_must_be_a_picture_of_the_same_size() {
+    let folder = folder();
+    let folder = folder.path();
+    told(folder, "swatch plain.wif -o small.exr --size 6x4 --spp 1 -q");
+    let swatch = "swatch plain.wif -o out.png --size 60x40 --error-log log.csv --reference";
+    let found = error(folder, &format!("{swatch} small.exr"));
+    assert_eq!(found, "error: small.exr: found 6x4 pixels, expected 60x40");
+    assert!(error(folder, &format!("{swatch} none.exr")).starts_with("error: none.exr: "));
+    assert!(!folder.join("log.csv").exists());
+    let alone = run(folder, "swatch plain.wif -o out.png --error-log log.csv");
+    assert_eq!(alone.status.code(), Some(2));
+}

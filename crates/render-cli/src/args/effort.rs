@@ -37,6 +37,15 @@ pub struct Effort {
     #[arg(long, value_name = "FILE")]
     pub resume: Option<PathBuf>,
 
+    /// Compares the picture on its way with this one, into --error-log
+    #[arg(long, value_name = "FILE", requires = "error_log")]
+    pub reference: Option<PathBuf>,
+
+    /// Writes a table of time, samples per pixel, relMSE and FLIP, a few rows a second (CSV); the time
+    /// of comparing does not count
+    #[arg(long, value_name = "FILE", requires = "reference")]
+    pub error_log: Option<PathBuf>,
+
     /// How to tell how far it is [default: auto, or none with --quiet]
     #[arg(long, value_enum, value_name = "FORM")]
     pub progress: Option<ProgressForm>,

@@ -10,7 +10,10 @@ use std::{
 
 use anyhow::{Context, bail};
 
-use super::progress::Reporter;
+use super::{
+    error_log::{self, ErrorLog},
+    progress::Reporter,
+};
 use crate::{
     args::{ProgressForm, RenderOptions},
     input, interrupt,
@@ -31,12 +34,14 @@ pub(super) struct Exposing<'a> {
     frame: Frame,
     layers: Layers,
     checkpoint: Option<Destination>,
+    error_log: Option<ErrorLog>,
 }
 
 impl<'a> Exposing<'a> {
     /// # Errors
     ///
-    /// When the crop is not within the picture, or checkpoints cannot be written.
+    /// When the crop is not within the picture, checkpoints or the log of errors cannot be written, or
+    /// there is no picture to compare with.
     pub(super) fn new(
         options: &'a RenderOptions,
         size: Size,
@@ -55,7 +60,9 @@ impl<'a> Exposing<'a> {
             }
             Ok(Destination::new(&file)?)
         });
-        Ok(Self { options, frame, layers, checkpoint: checkpoint.transpose()? })
+        let checkpoint = checkpoint.transpose()?;
+        let error_log = ErrorLog::new(options, frame.crop_size())?;
+        Ok(Self { options, frame, layers, checkpoint, error_log })
     }
 
     /// Whether somebody needs the key of the subject.
@@ -67,7 +74,7 @@ impl<'a> Exposing<'a> {
     ///
     /// # Errors
     ///
-    /// When it cannot be gone on with what `--resume` names.
+    /// When it cannot be gone on with what `--resume` names, or the log of errors cannot be written.
     pub(super) fn run(&self, subject: &impl Expose, key: u64) -> anyhow::Result<Outcome> {
         let effort = &self.options.effort;
         let limits = effort.limits();
@@ -84,15 +91,21 @@ impl<'a> Exposing<'a> {
                 tell(format_args!("warning: {error:#}"));
             }
         };
+        let log = self.error_log.as_ref();
+        let study = log.map(|log| move |accumulator: &Accumulator| log.add(accumulator));
         let control = Control {
             interrupt: interrupt::flag(),
             watch: &|progress| reporter.watch(progress),
             save: effort.checkpoint.map(|every| Save { every, save: &save }),
+            study: study.as_ref().map(|study| Save { every: error_log::EVERY, save: study }),
         };
         let outcome = progressive::resume(subject, &plan, start, &control);
         reporter.finish();
         if self.checkpoint.is_some() {
             save(&outcome.accumulator);
+        }
+        if let Some(log) = &self.error_log {
+            log.write()?;
         }
         Ok(outcome)
     }

@@ -1,6 +1,7 @@
 //! One module for each subcommand.
 
 pub mod draft;
+mod error_log;
 mod exposing;
 pub mod image;
 pub mod measure;

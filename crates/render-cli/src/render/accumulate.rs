@@ -98,6 +98,18 @@ impl Accumulator {
         self.tiles.iter().map(|tile| u64::from(tile.samples) * tile.pixels()).sum()
     }
 
+    /// The means of radiance, within the crop; black where there is no sample.
+    pub fn beauty(&self) -> Film {
+        let mut beauty = Film::black(self.frame.crop_size());
+        self.each(|tile, pixel, place| {
+            if tile.samples > 0 {
+                let mean = tile.sums[pixel] / f64::from(tile.samples);
+                beauty.pixels_mut()[place] = mean.as_vec3();
+            }
+        });
+        beauty
+    }
+
     /// The means, within the crop; black where there is no sample.
     ///
     /// Planes, if layers are kept: `albedo`, `diffuse` and `specular`, means over all samples; `N`
@@ -106,13 +118,7 @@ impl Accumulator {
     /// `samples`; `variance`, the variance of the radiance's mean as it would be of independent
     /// samples (those of a sequence are better), 0 for less than two.
     pub fn exposed(&self) -> Exposed {
-        let mut beauty = Film::black(self.frame.crop_size());
-        self.each(|tile, pixel, place| {
-            if tile.samples > 0 {
-                let mean = tile.sums[pixel] / f64::from(tile.samples);
-                beauty.pixels_mut()[place] = mean.as_vec3();
-            }
-        });
+        let beauty = self.beauty();
         let planes = match self.layers {
             Layers::None => Vec::new(),
             Layers::All => self.planes(),

@@ -386,7 +386,7 @@ mod tests {
 
     fn exposed(plan: &Plan) -> Accumulator {
         let interrupt = AtomicBool::new(false);
-        let control = Control { interrupt: &interrupt, watch: &|_| {}, save: None };
+        let control = Control { interrupt: &interrupt, watch: &|_| {}, save: None, study: None };
         expose(&Subject, plan, &control).accumulator
     }
 

@@ -98,7 +98,8 @@ mod tests {
             let limits = Limits { spp, time: None, noise: None };
             let plan = Plan { frame: Frame::whole(size), layers: Layers::None, limits, key: 0 };
             let interrupt = AtomicBool::new(false);
-            let control = Control { interrupt: &interrupt, watch: &|_| {}, save: None };
+            let control =
+                Control { interrupt: &interrupt, watch: &|_| {}, save: None, study: None };
             let outcome = expose(&view, &plan, &control);
             assert!(outcome.exposed().beauty == plain, "{spp} spp");
         }

@@ -74,14 +74,17 @@ pub struct Control<'a> {
     pub watch: &'a (dyn Fn(&Progress) + Sync),
     /// Is called between tiles with all that was exposed so far.
     pub save: Option<Save<'a>>,
+    /// Is called likewise and after each pass, and the time that it takes does not count: to compare
+    /// what was exposed so far.
+    pub study: Option<Save<'a>>,
 }
 
-/// When and how an unfinished picture is saved.
+/// When and how an unfinished picture is saved or studied.
 #[derive(Clone, Copy)]
 pub struct Save<'a> {
     /// Time between two calls.
     pub every: Duration,
-    /// Saves.
+    /// Saves or studies it.
     pub save: &'a (dyn Fn(&Accumulator) + Sync),
 }
 
@@ -90,6 +93,7 @@ impl fmt::Debug for Control<'_> {
         f.debug_struct("Control")
             .field("interrupt", self.interrupt)
             .field("save", &self.save)
+            .field("study", &self.study)
             .finish_non_exhaustive()
     }
 }
@@ -193,7 +197,13 @@ pub fn resume(
         accumulator.elapsed = run.elapsed();
         if let Some(save) = control.save.filter(|_| run.is_save_due()) {
             (save.save)(&accumulator);
-            run.saved = run.started.elapsed();
+            run.saved = run.clock();
+        }
+        if let Some(study) = control.study {
+            let begun = Instant::now();
+            (study.save)(&accumulator);
+            run.paused += begun.elapsed();
+            run.studied = run.clock();
         }
     };
     accumulator.elapsed = run.elapsed();
@@ -202,7 +212,7 @@ pub fn resume(
 }
 
 impl Outcome {
-    fn new<S>(accumulator: Accumulator, stopped: Stopped, run: &Run<'_, S>) -> Self {
+    fn new<S: Expose>(accumulator: Accumulator, stopped: Stopped, run: &Run<'_, S>) -> Self {
         let counts = accumulator.tiles.iter().map(|tile| tile.samples);
         let samples = accumulator.samples();
         Self {
@@ -212,7 +222,7 @@ impl Outcome {
             spp_max: counts.max().unwrap_or(0),
             samples,
             new_samples: run.new_samples.load(Ordering::Relaxed),
-            new_elapsed: run.started.elapsed(),
+            new_elapsed: run.clock(),
             accumulator,
         }
     }
@@ -306,8 +316,11 @@ struct Run<'a, S> {
     /// What was ahead when the pass began, and the samples of this run then.
     ahead: Ahead,
     samples_at_pass: u64,
-    /// When the last picture was saved, on the clock of this run.
+    /// When the last picture was saved and studied, on the clock of this run.
     saved: Duration,
+    studied: Duration,
+    /// Time that does not count.
+    paused: Duration,
 }
 
 impl<'a, S: Expose> Run<'a, S> {
@@ -330,16 +343,23 @@ impl<'a, S: Expose> Run<'a, S> {
             ahead: Ahead::NOTHING,
             samples_at_pass: 0,
             saved: Duration::ZERO,
+            studied: Duration::ZERO,
+            paused: Duration::ZERO,
         }
     }
 
     fn elapsed(&self) -> Duration {
-        self.old_elapsed + self.started.elapsed()
+        self.old_elapsed + self.clock()
+    }
+
+    /// Time of this run.
+    fn clock(&self) -> Duration {
+        self.started.elapsed().saturating_sub(self.paused)
     }
 
     /// Samples per second of this run.
     fn rate(&self) -> f64 {
-        let seconds = self.started.elapsed().as_secs_f64().max(1e-9);
+        let seconds = self.clock().as_secs_f64().max(1e-9);
         self.new_samples.load(Ordering::Relaxed) as f64 / seconds
     }
 
@@ -363,11 +383,11 @@ impl<'a, S: Expose> Run<'a, S> {
         self.samples_at_pass = self.new_samples.load(Ordering::Relaxed);
         let run = &*self;
         tiles.par_iter_mut().with_max_len(1).for_each(|tile| {
-            // Saving may take longer than the time between two savings: something must have been
-            // done meanwhile.
+            // A break may take longer than the time between two: something must have been done
+            // meanwhile.
             let has_begun = || run.new_samples.load(Ordering::Relaxed) > run.samples_at_pass;
             let is_over = || {
-                run.control.interrupt.load(Ordering::Relaxed) || (run.is_save_due() && has_begun())
+                run.control.interrupt.load(Ordering::Relaxed) || (run.is_break_due() && has_begun())
             };
             while tile.samples < level && !is_over() {
                 let next = run.limits.next(tile.samples).min(run.limits.needed(tile)).min(level);
@@ -383,7 +403,13 @@ impl<'a, S: Expose> Run<'a, S> {
     }
 
     fn is_save_due(&self) -> bool {
-        self.control.save.is_some_and(|save| self.started.elapsed() - self.saved >= save.every)
+        self.control.save.is_some_and(|save| self.clock() - self.saved >= save.every)
+    }
+
+    /// Whether it is time to save or to study what there is.
+    fn is_break_due(&self) -> bool {
+        let study = self.control.study;
+        self.is_save_due() || study.is_some_and(|study| self.clock() - self.studied >= study.every)
     }
 
     fn progress(&self) -> Progress {

@@ -89,7 +89,7 @@ fn plan(spp: u32, noise: Option<f32>) -> Plan {
 static RUNNING: AtomicBool = AtomicBool::new(false);
 
 /// Neither watched nor ended.
-const ALONE: Control<'_> = Control { interrupt: &RUNNING, watch: &|_| {}, save: None };
+const ALONE: Control<'_> = Control { interrupt: &RUNNING, watch: &|_| {}, save: None, study: None };
 
 fn on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> T {
     ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(work)
@@ -137,7 +137,7 @@ fn in_pieces(subject: Subject, plan: &Plan, tiles: u32) -> (Exposed, u32) {
                 interrupt.store(true, Ordering::Relaxed);
             }
         };
-        let control = Control { interrupt: &interrupt, watch: &watch, save: None };
+        let control = Control { interrupt: &interrupt, watch: &watch, save: None, study: None };
         let start = checkpoint::read(plan, &mut &bytes[..]).unwrap();
         let outcome = resume(&subject, plan, start, &control);
         if outcome.stopped != Stopped::Interrupted {
