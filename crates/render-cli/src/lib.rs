@@ -23,6 +23,7 @@ pub mod image;
 pub mod input;
 pub mod interrupt;
 mod json;
+pub mod measure;
 pub mod output;
 pub mod render;
 pub mod report;

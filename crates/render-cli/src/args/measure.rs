@@ -7,6 +7,12 @@ use clap::{Args, Subcommand};
 /// What to measure.
 #[derive(Clone, Debug, Subcommand)]
 pub enum MeasureCommand {
+    /// How the streak of a yarn compares with that of one of single filaments
+    ///
+    /// Traces yarns of 8 to 1024 twisted filaments and sets them beside the piece of yarn that the
+    /// shader shows, for nine pairs of twist and inclination and for the yarns of each cloth.
+    Filaments(MeasureOptions),
+
     /// Whether swapping light and viewer changes what is reflected
     ///
     /// Compares f(wi, wo) with f(wo, wi) of random pairs of directions: of the reference in f64, of

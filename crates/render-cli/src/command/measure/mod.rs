@@ -3,6 +3,7 @@
 //! Each subcommand makes a [`Report`] of its subjects and a summary for the terminal; what they have in
 //! common is here.
 
+mod filaments;
 mod histogram;
 mod random;
 mod reciprocity;
@@ -32,6 +33,7 @@ use crate::{
 /// When a cloth cannot be read or is not sound, or the folder or standard output cannot be written.
 pub fn run(command: &MeasureCommand) -> anyhow::Result<Outcome> {
     match command {
+        MeasureCommand::Filaments(options) => measure(options, filaments::measure),
         MeasureCommand::Reciprocity(options) => measure(options, reciprocity::measure),
     }
 }

@@ -1,0 +1,3 @@
+//! Measurements that take more than a look at a shader's values.
+
+pub mod filaments;
