@@ -15,6 +15,7 @@
 //! Equal input gives equal bits, for any number of threads.
 
 pub mod args;
+pub mod bake;
 pub mod command;
 pub mod draft;
 pub mod fabric;
@@ -57,6 +58,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     match &arguments.command {
         Command::Render(options) => command::render::run(options),
         Command::Swatch(options) => command::swatch::run(options),
+        Command::Bake(options) => command::bake::run(options),
         Command::Presets => command::presets::run().map(|()| Outcome::Done),
         Command::Plan(options) => command::plan::run(options).map(|()| Outcome::Done),
         Command::Measure(command) => command::measure::run(command),

@@ -132,7 +132,7 @@ pub use plan::{Plan, Step};
 pub use sampling::Sample;
 pub use segment::Mapping;
 pub use selvedge_normalize::scale::{Mode, Normalization};
-pub use shader::{Lobes, Shader, YarnPoint};
+pub use shader::{Lobes, Shader, YarnColors, YarnPoint};
 pub use texture::{Target, Texture, Textured};
 pub use weave::{
     Local, MAX_CROSSINGS, Position, Segment, SegmentKind, Side, Sizes, ThreadPoint, ThreadSizes,

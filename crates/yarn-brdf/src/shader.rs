@@ -119,6 +119,15 @@ pub struct Lobes {
     pub diffuse: Vec3,
 }
 
+/// What colours the lobes of a place, linear RGB, each in [0, 1] but for grains of the highlight.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct YarnColors {
+    /// Of the highlight's peak, times the grain of its intensity.
+    pub specular: Vec3,
+    /// Of the diffuse reflection.
+    pub diffuse: Vec3,
+}
+
 /// A place of the cloth as a renderer may want to show it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct YarnPoint {
@@ -220,6 +229,16 @@ impl Shader {
         let opacity =
             self.with_place(&self.materials.single, uv, Side::Face, |place| place.look.opacity);
         opacity.unwrap_or(0.0)
+    }
+
+    /// The colours of the yarn that the face shows at `uv` (m), with what textures and irregularities make
+    /// of them there; `None` in a gap.
+    #[must_use]
+    pub fn colors_at(&self, uv: DVec2) -> Option<YarnColors> {
+        self.with_place(&self.materials.single, uv, Side::Face, |place| YarnColors {
+            specular: Vec3::from(place.look.specular[0]) * place.look.intensity,
+            diffuse: place.look.color.into(),
+        })
     }
 
     /// The memory that the cloth takes, in bytes: 4 for each crossing, 2 for each thread, and some 20 kB

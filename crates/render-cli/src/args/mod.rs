@@ -1,5 +1,6 @@
 //! The command line as data.
 
+mod bake;
 mod draft;
 mod effort;
 mod image;
@@ -14,6 +15,7 @@ use clap::{
 use thiserror::Error;
 
 pub use self::{
+    bake::{BakeOptions, MapFormat, MapSize, Repeats},
     draft::{
         ConvertOptions, DraftCommand, DrawdownOptions, Form, InfoOptions, LintOptions,
         RewriteOptions,
@@ -63,6 +65,22 @@ pub enum Command {
     ///
     /// Exit codes as for selvedge render.
     Swatch(SwatchOptions),
+
+    /// Makes pictures of the cloth that tile, and materials for other programs
+    ///
+    /// The folder gets maps of one repeat or several: base colour, normal (+Y up), height, roughness,
+    /// anisotropy and its direction, reflectance, opacity and type of yarn, with their size in
+    /// millimetres; cloth.mtlx (MaterialX, OpenPBR), cloth.gltf and cloth.u3m, which refer to them; and
+    /// bake.json, which says what is what.
+    ///
+    /// Roughness, anisotropy and reflectances are fitted: for each type of yarn as warp and as weft, a
+    /// glossy coat on a diffuse ground reflects as nearly as it can what the pieces of that yarn reflect
+    /// on average. Errors are told: root mean squares over pairs of directions, relative to what is
+    /// fitted, of specular, diffuse, and of all of it seen from afar. A coat has no cone about each fibre,
+    /// so expect a third of the highlight to be off, not a hundredth.
+    ///
+    /// Exit codes: 0 done, 1 failed, 2 wrong command line. What fails leaves no folder behind.
+    Bake(BakeOptions),
 
     /// Lists the fabrics that are compiled in, which render and swatch draw as preset:NAME
     Presets,

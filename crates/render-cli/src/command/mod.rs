@@ -1,5 +1,6 @@
 //! One module for each subcommand.
 
+pub mod bake;
 pub mod draft;
 mod error_log;
 mod exposing;

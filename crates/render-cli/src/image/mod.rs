@@ -30,7 +30,7 @@ pub use self::{
     layers::{BEAUTY, Channel, Layer, Picture, Samples, Value},
     png::{PngError, encode_pixels},
     read::{DecodeError, ReadError, decode, read},
-    view::{View, linear_from_srgb},
+    view::{View, linear_from_srgb, srgb_from_linear},
 };
 
 /// A format of pictures that are written.
@@ -58,6 +58,9 @@ pub enum EncodeError {
     /// It does not fit a PNG.
     #[error("PNG: cannot be written")]
     Png(#[from] ImageError),
+    /// It does not fit a PNG with what is said of it.
+    #[error("PNG: cannot be written")]
+    Map(#[from] ::png::EncodingError),
     /// It does not fit an EXR.
     #[error("EXR: cannot be written")]
     Exr(#[from] ::exr::error::Error),
