@@ -1,0 +1,310 @@
+// The picture: frames as they come, what is pointed at, the ruler, and how one moves about.
+
+import { Refusal, get, picture } from "./api.js";
+import { byId, h, short, tell, throttled } from "./dom.js";
+
+/** Degrees to a pixel of dragging. */
+const TURN = 0.4;
+/** Degrees and factor to a key. */
+const KEY_TURN = 5;
+const KEY_ZOOM = 1.15;
+/** Movement in pixels up to which pressing is pointing, not dragging. */
+const STILL = 4;
+
+const clamp = (value, low, high) => Math.min(high, Math.max(low, value));
+const wrap = (degrees) => ((((degrees + 180) % 360) + 360) % 360) - 180;
+
+/** Turns the camera about the cloth, in degrees. */
+export function orbit(session, azimuth, elevation) {
+  const { camera } = session.placement();
+  if (!camera) return;
+  session.look({
+    camera: {
+      ...camera,
+      azimuth: wrap(camera.azimuth + azimuth),
+      elevation: clamp(camera.elevation + elevation, 1, 89),
+    },
+  });
+}
+
+/** Moves the light, in degrees. */
+export function moveLight(session, azimuth, elevation) {
+  const { light } = session.placement();
+  if (!light) return;
+  session.look({
+    light: {
+      azimuth: wrap(light.azimuth + azimuth),
+      elevation: clamp(light.elevation + elevation, 1, 90),
+    },
+  });
+}
+
+/** Comes nearer by `factor`, or goes away where it is below 1. */
+export function zoom(session, factor) {
+  const { camera } = session.placement();
+  if (session.view.kind === "swatch") {
+    const mm = Number(clamp(session.view.mm / factor, 0.1, 1000).toPrecision(3));
+    session.look({ mm });
+  } else if (camera) {
+    session.look({ camera: { ...camera, distance: clamp(camera.distance / factor, 0.1, 4) } });
+  }
+}
+
+/** What dragging moves: in a swatch, which is seen from above, the light alone. */
+const dragsLight = (session, event) =>
+  session.view.kind === "swatch" || event.shiftKey || byId("drag-light").checked;
+
+export function showPicture(session) {
+  const frame = byId("frame");
+  const canvas = byId("picture");
+  const over = byId("over");
+  const context = canvas.getContext("2d");
+
+  // Frames are drawn in their order; one that a newer has overtaken is not fetched.
+  let newest = null;
+  let isFetching = false;
+  async function next() {
+    if (isFetching || !newest) return;
+    isFetching = true;
+    const shown = newest;
+    newest = null;
+    try {
+      const bitmap = await picture(`frame/${shown.id}.png`);
+      draw(shown, bitmap);
+    } catch (error) {
+      if (!(error instanceof Refusal)) throw error;
+      if (error.status !== 404) tell(error.message, true);
+    } finally {
+      isFetching = false;
+      next();
+    }
+  }
+
+  function draw(shown, bitmap) {
+    const [width, height] = session.view.size;
+    if (canvas.width !== width || canvas.height !== height) {
+      Object.assign(canvas, { width, height });
+      drawOver();
+    }
+    context.imageSmoothingQuality = "high";
+    context.drawImage(bitmap, 0, 0, width, height);
+    Object.assign(canvas.dataset, {
+      revision: shown.revision,
+      frame: shown.id,
+      spp: shown.spp,
+      noise: shown.noise ?? "",
+      full: shown.full,
+      done: shown.done,
+    });
+    byId("wait").hidden = true;
+    session.emit("shown", shown);
+  }
+
+  session.on("frame", (shown) => {
+    // The same picture drawn again shows nothing new until it is as good as what is seen.
+    if (session.keepsPicture && !shown.done) return;
+    session.keepsPicture = false;
+    newest = shown;
+    next();
+  });
+
+  // What lies over the picture: the ruler, and shade on all but what is pointed at.
+  let mask = null;
+  function drawOver() {
+    const [width, height] = session.view.size;
+    Object.assign(over, { width, height });
+    const shade = over.getContext("2d");
+    if (mask) {
+      shade.fillStyle = "rgb(0 0 0 / 0.62)";
+      shade.fillRect(0, 0, width, height);
+      shade.globalCompositeOperation = "destination-out";
+      shade.drawImage(mask, 0, 0, width, height);
+      shade.globalCompositeOperation = "source-over";
+    }
+    const perMm = session.answer?.pixels_per_mm;
+    if (perMm && byId("ruler").checked) drawRuler(shade, perMm, width, height);
+  }
+  session.on("answer", drawOver);
+  byId("ruler").addEventListener("change", drawOver);
+
+  let masked = "";
+  let abort = new AbortController();
+  const fetchMask = throttled(80, async (query) => {
+    abort.abort();
+    abort = new AbortController();
+    masked = query;
+    if (!query) {
+      mask = null;
+      over.dataset.mask = "";
+      drawOver();
+      return;
+    }
+    try {
+      const found = await picture(`mask?${query}`, { signal: abort.signal });
+      if (masked !== query) return;
+      mask = found;
+      over.dataset.mask = query;
+      drawOver();
+    } catch (error) {
+      if (error.name === "AbortError") return;
+      if (!(error instanceof Refusal)) throw error;
+      mask = null;
+      drawOver();
+    }
+  });
+  session.on("crossing", () => {
+    const { end, pick } = session.crossing ?? {};
+    fetchMask(session.crossing ? `end=${end}&pick=${pick}` : "");
+  });
+  session.on("yarn-shown", (yarn) => fetchMask(yarn === null ? "" : `yarn=${yarn}`));
+  session.on("fabric view", () => {
+    if (mask && session.crossing === null) fetchMask("");
+  });
+
+  const ask = throttled(80, async (x, y) => {
+    try {
+      const found = await get(`at?x=${x.toFixed(1)}&y=${y.toFixed(1)}`);
+      session.point(found.cloth ? { end: found.end, pick: found.pick } : null, found.cloth ? found : null);
+    } catch (error) {
+      if (!(error instanceof Refusal)) throw error;
+    }
+  });
+  function askAt(event) {
+    const box = canvas.getBoundingClientRect();
+    const [width, height] = session.view.size;
+    ask(((event.clientX - box.left) / box.width) * width, ((event.clientY - box.top) / box.height) * height);
+  }
+
+  followPointers(session, frame, askAt);
+  followKeys(session, frame);
+  frame.addEventListener("wheel", (event) => {
+    event.preventDefault();
+    zoom(session, Math.exp(-clamp(event.deltaY, -240, 240) * 0.0015));
+  }, { passive: false });
+}
+
+function followPointers(session, frame, askAt) {
+  const pointers = new Map();
+  let moved = 0;
+  frame.addEventListener("pointerdown", (event) => {
+    if (event.button !== 0 || event.target.closest("input")) return;
+    frame.setPointerCapture(event.pointerId);
+    pointers.set(event.pointerId, { x: event.clientX, y: event.clientY });
+    moved = 0;
+  });
+  frame.addEventListener("pointermove", (event) => {
+    const before = pointers.get(event.pointerId);
+    if (!before) {
+      if (event.pointerType === "mouse" && !event.target.closest("input")) askAt(event);
+      return;
+    }
+    const now = { x: event.clientX, y: event.clientY };
+    const [dx, dy] = [now.x - before.x, now.y - before.y];
+    moved += Math.hypot(dx, dy);
+    const others = [...pointers].filter(([id]) => id !== event.pointerId).map(([, at]) => at);
+    pointers.set(event.pointerId, now);
+    if (moved <= STILL) return;
+    if (others.length) {
+      const spread = (at) => Math.hypot(at.x - others[0].x, at.y - others[0].y);
+      if (spread(before) > 10) zoom(session, spread(now) / spread(before));
+    } else if (dragsLight(session, event)) {
+      dragLight(session, frame, event);
+    } else {
+      orbit(session, -dx * TURN, dy * TURN);
+    }
+  });
+  const lift = (event) => {
+    if (pointers.delete(event.pointerId) && moved <= STILL && event.type === "pointerup") askAt(event);
+  };
+  frame.addEventListener("pointerup", lift);
+  frame.addEventListener("pointercancel", lift);
+  frame.addEventListener("pointerleave", () => {
+    if (session.crossing && !pointers.size) session.point(null);
+  });
+}
+
+/** Puts the light where the pointer is: over the middle of the picture it stands overhead. */
+function dragLight(session, frame, event) {
+  const box = frame.getBoundingClientRect();
+  const x = (2 * (event.clientX - box.left)) / box.width - 1;
+  const y = 1 - (2 * (event.clientY - box.top)) / box.height;
+  session.look({ light: lightAt(x, y) });
+}
+
+/** The light whose direction, seen from above, is at (x, y) of the unit disk. */
+export function lightAt(x, y) {
+  const radius = Math.min(1, Math.hypot(x, y));
+  const degrees = 180 / Math.PI;
+  return {
+    azimuth: Number((Math.atan2(y, x) * degrees).toFixed(1)),
+    elevation: Number(clamp(Math.acos(radius) * degrees, 1, 90).toFixed(1)),
+  };
+}
+
+function followKeys(session, frame) {
+  frame.addEventListener("keydown", (event) => {
+    if (event.target !== frame || event.ctrlKey || event.metaKey || event.altKey) return;
+    const turn = dragsLight(session, event)
+      ? (azimuth, elevation) => moveLight(session, azimuth, elevation)
+      : (azimuth, elevation) => orbit(session, azimuth, elevation);
+    const actions = {
+      ArrowLeft: () => turn(-KEY_TURN, 0),
+      ArrowRight: () => turn(KEY_TURN, 0),
+      ArrowUp: () => turn(0, KEY_TURN),
+      ArrowDown: () => turn(0, -KEY_TURN),
+      "+": () => zoom(session, KEY_ZOOM),
+      "=": () => zoom(session, KEY_ZOOM),
+      "-": () => zoom(session, 1 / KEY_ZOOM),
+      0: () => session.look({ camera: null, light: null }),
+    };
+    const action = actions[event.key];
+    if (!action) return;
+    event.preventDefault();
+    action();
+  });
+}
+
+/** A ruler along the lower edge, with a number at each centimetre or, near, each millimetre. */
+function drawRuler(context, perMm, width, height) {
+  const steps = [0.01, 0.05, 0.1, 0.5, 1, 5, 10, 50, 100];
+  const minor = steps.find((step) => step * perMm >= 5) ?? 100;
+  const major = steps.find((step) => step * perMm >= 46) ?? 500;
+  const depth = Math.round(height * 0.058);
+  context.fillStyle = "rgb(250 250 250 / 0.92)";
+  context.fillRect(0, height - depth, width, depth);
+  context.fillStyle = "#111";
+  context.font = `${Math.round(depth * 0.46)}px system-ui, sans-serif`;
+  context.textAlign = "center";
+  context.textBaseline = "bottom";
+  const last = Math.floor(width / (minor * perMm));
+  for (let index = 0; index <= last; index += 1) {
+    const mm = index * minor;
+    const x = Math.round(mm * perMm) + 0.5;
+    const isMajor = Math.abs(mm / major - Math.round(mm / major)) < 1e-6;
+    context.fillRect(x - 0.5, height - depth, 1, depth * (isMajor ? 0.42 : 0.24));
+    if (isMajor && index > 0 && x < width - 34) context.fillText(short(mm), x, height - 1);
+  }
+  context.textAlign = "right";
+  context.fillText("mm", width - 5, height - 1);
+}
+
+/** The line beneath the picture: how good it is and what it took. */
+export function showStatus(session) {
+  const status = byId("status");
+  const fact = (name, value) => h("span", {}, `${name} `, h("b", {}, value));
+  session.on("frame", (frame) => {
+    const facts = [
+      fact("Samples", `${short(frame.spp, 3)} per pixel`),
+      fact("Noise", frame.noise == null ? "not known yet" : short(frame.noise, 2)),
+      fact("Time", frame.seconds < 1 ? `${Math.round(1000 * frame.seconds)} ms` : `${short(frame.seconds, 3)} s`),
+    ];
+    if (frame.far != null) {
+      const far = Math.round(100 * frame.far);
+      const level = far === 0 ? "single threads" : far === 100 ? "threads averaged" : `${far} % averaged, rest threads`;
+      facts.push(fact("Detail", level));
+    }
+    facts.push(h("span", { class: "end" }, frame.done ? "finished" : "refining…"));
+    status.replaceChildren(...facts);
+    status.dataset.done = frame.done;
+  });
+}
