@@ -15,6 +15,14 @@ pub(crate) fn parse<T: DeserializeOwned>(
     serde_json::from_slice(text).map_err(|error| describe(text, &error, more))
 }
 
+/// What an error says without its line and column, which are those of a text that nobody has seen.
+pub(crate) fn without_line(what: &str) -> &str {
+    match what.split_once(": ") {
+        Some((_, rest)) if what.starts_with("line ") => rest,
+        _ => what,
+    }
+}
+
 /// The JSON Schema (draft 2020-12) of what is read as a `T`.
 pub(crate) fn schema<T: JsonSchema>() -> Schema {
     let describe = RecursiveTransform(|schema: &mut Schema| {

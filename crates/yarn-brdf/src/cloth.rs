@@ -246,8 +246,7 @@ impl Cloth {
             return Err(format!("yarn {}, expected less than {count}", textured.yarn));
         };
         if let Target::Parameter(name) = textured.target {
-            let is_thread_wise = name != "size" && !name.starts_with("noise.");
-            let parameter = Yarn::parameter(name).filter(|_| is_thread_wise);
+            let parameter = Yarn::parameter(name).filter(|parameter| parameter.is_texturable());
             if parameter.is_none_or(|parameter| parameter.of(yarn).is_none()) {
                 return Err(format!("parameter {name}, expected one that the yarn has"));
             }

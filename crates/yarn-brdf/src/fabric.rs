@@ -246,7 +246,7 @@ fn fabric_error(layer: Option<usize>, source: PartialError) -> ClothError {
 
 impl Override {
     /// Whether it is for this thread; `number` is 1 for the first of its side.
-    fn matches(&self, is_warp: bool, number: u32, thread: &Thread) -> bool {
+    pub fn matches(&self, is_warp: bool, number: u32, thread: &Thread) -> bool {
         self.is_warp.is_none_or(|expected| expected == is_warp)
             && self.color.is_none_or(|expected| thread.color_number == Some(expected))
             && self.threads.is_none_or(|[first, last]| (first..=last).contains(&number))

@@ -65,6 +65,12 @@ impl Parameter {
         }
     }
 
+    /// Whether a [texture](crate::Texture) can determine it: not the size of threads or their
+    /// irregularities, which are those of whole threads.
+    pub fn is_texturable(&self) -> bool {
+        self.name != "size" && !self.name.starts_with("noise.")
+    }
+
     /// Sets it in `yarn` to `value`, unchecked; false where the yarn has no such parameter.
     pub fn set(&self, yarn: &mut Yarn, value: f64) -> bool {
         (self.place)(yarn).is_some_and(|place| {

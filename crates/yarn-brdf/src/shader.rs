@@ -17,7 +17,7 @@ use crate::place::Place;
 use crate::real::{Real, Scalar};
 use crate::segment::{Mapping, Optics, Spread, normal};
 use crate::threads::Threads;
-use crate::weave::{Segment, Side, Weave};
+use crate::weave::{Position, Segment, Side, Weave};
 use crate::{filament, rough, staple};
 
 /// A cloth ready to be shaded: immutable, and shared freely between threads.
@@ -259,13 +259,23 @@ impl Shader {
     /// The piece of yarn that the face shows at `uv` (m); `None` in a gap.
     #[must_use]
     pub fn yarn_at(&self, uv: DVec2) -> Option<YarnPoint> {
-        self.with_place(&self.materials.double, uv, Side::Face, |place| {
+        self.yarn_on(Side::Face, uv)
+    }
+
+    /// The piece of yarn that `side` shows at `uv` (m); `None` in a gap.
+    #[must_use]
+    pub fn yarn_on(&self, side: Side, uv: DVec2) -> Option<YarnPoint> {
+        self.with_place(&self.materials.double, uv, side, |place| {
             let Segment { is_warp, x, y, .. } = place.segment;
             let optics = &place.piece.optics;
             let (sin_u, cos_u, _) = optics.along(y);
             let (sin_v, cos_v, _) = optics.across(x);
             let to_shading = |w: Vector<f64>| {
-                let w = self.frame.turned_back(from_yarn(w, is_warp));
+                let w = from_yarn(w, is_warp);
+                let w = self.frame.turned_back(match side {
+                    Side::Face => w,
+                    Side::Back => w.turned_over(),
+                });
                 DVec3::new(w.x, w.y, w.z)
             };
             YarnPoint {
@@ -277,6 +287,18 @@ impl Shader {
                 tangent: to_shading(optics.tangent(sin_u, cos_u, sin_v, cos_v)),
             }
         })
+    }
+
+    /// The end and the pick, from 0 within the repeat, that cross at `uv` (m); `None` where that is not
+    /// finite.
+    #[must_use]
+    pub fn crossing_at(&self, uv: DVec2) -> Option<[u32; 2]> {
+        if !uv.is_finite() {
+            return None;
+        }
+        let [end, pick] = Position::new(self.frame.cells(uv)).cell;
+        let within = |cell: i64, count: u32| cell.rem_euclid(count.into()) as u32;
+        Some([within(end, self.weave.ends()), within(pick, self.weave.picks())])
     }
 
     /// The factors of equation 2 by which the highlight of a type of yarn is scaled, and what they rest

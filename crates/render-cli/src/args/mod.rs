@@ -30,7 +30,12 @@ use crate::{
         detail::Level,
         film::{Crop, Size},
     },
-    scene::{MAX_DEPTH, source::Setting, swatch::Light},
+    scene::{
+        MAX_DEPTH,
+        source::Setting,
+        stage::{self, Direction, Orbit},
+        swatch::Light,
+    },
 };
 
 /// Renders woven cloth from a weaver's draft.
@@ -132,6 +137,20 @@ pub struct RenderCommand {
     /// scene's]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_DEPTH)))]
     pub depth: Option<u32>,
+
+    /// What a cloth is laid over [default: drape]
+    #[arg(long, value_enum)]
+    pub form: Option<stage::Form>,
+
+    /// Where the camera stands before a cloth: azimuth clockwise from the near side and elevation,
+    /// degrees, and distance in units of that of --form [default: 18,37,1 for a drape]
+    #[arg(long, value_name = "AZ,EL,DIST", allow_hyphen_values = true)]
+    pub camera: Option<Orbit>,
+
+    /// Where the light on a cloth stands: azimuth anticlockwise from the right and elevation, degrees
+    /// [default: 190,45]
+    #[arg(long, value_name = "AZ,EL", allow_hyphen_values = true)]
+    pub light: Option<Direction>,
 }
 
 /// Arguments of whatever renders.
@@ -201,8 +220,9 @@ pub struct SwatchOptions {
     #[arg(long, value_name = "WIDTH", default_value_t = 20.0, value_parser = width_mm)]
     pub mm: f32,
 
-    /// Where the light stands
-    #[arg(long, value_enum, default_value_t = Light::Raking)]
+    /// Where the light stands: raking (25° high) or top (70°), from the upper left, or its azimuth
+    /// anticlockwise from the right and its elevation, degrees
+    #[arg(long, value_name = "LIGHT", default_value = "raking", allow_hyphen_values = true)]
     pub light: Light,
 
     /// The face, as without --back

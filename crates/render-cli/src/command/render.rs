@@ -11,21 +11,21 @@ use crate::{
     Outcome,
     args::{RenderCommand, RenderOptions},
     fabric,
-    image::{Format, Picture, Value},
+    image::{self, Format, Picture, Value},
     output::{Destination, tell},
     render::{
         View,
         accumulate::Layers,
         detail::Detail,
-        film::{Crop, Frame, Size},
+        film::{Crop, Exposed, Frame, Size},
         hash::Fnv,
         progressive::Stopped,
     },
     scene::{
         Material, Scene,
-        drape::DEFAULT_SIDE,
         file::SceneFile,
         source::{self, Source},
+        stage::{Shot, Stage},
     },
 };
 
@@ -50,13 +50,20 @@ pub fn run(command: &RenderCommand) -> anyhow::Result<Outcome> {
                 );
             }
             let scene = |cloth| {
-                let mut scene = Scene::built_in(cloth, DEFAULT_SIDE)?;
+                let shot = Shot { camera: command.camera, light: command.light };
+                let mut scene = Stage::new(command.form.unwrap_or_default())?.scene(cloth, &shot);
                 scene.depth = command.depth.unwrap_or(scene.depth);
                 Ok(scene)
             };
             draw_cloth(options, started, scene, |_, _, _| {})
         }
         Source::Scene(file, folder) => {
+            if command.form.is_some() || command.camera.is_some() || command.light.is_some() {
+                anyhow::bail!(
+                    "{}: found a scene, expected a cloth, to which --form, --camera and --light apply",
+                    options.input.display()
+                );
+            }
             let mut file = *file;
             let mut options = options.clone();
             match (options.size, file.film.crop) {
@@ -172,20 +179,15 @@ impl<'a> Drawing<'a> {
                 scene.detail = Detail { level: options.lod, bias: options.lod_bias };
                 let key = if exposing.needs_key() { key(&scene, options.seed) } else { 0 };
                 let view = View::new(&scene, size, options.seed, layers == Layers::All);
-                let metadata = metadata(&scene, &fabrics, options.seed);
                 let cloths = scene.shaders().map(Shader::bytes);
                 let cloths = cloths.collect::<Vec<_>>();
                 let outcome = exposing.run(&view, key)?;
+                let metadata = metadata(&scene, &fabrics, options.seed, outcome.spp_mean);
                 Ok((outcome, metadata, cloths, scene.shades.far_share()))
             })?;
 
-        let mut picture = Picture::from_exposed(&outcome.exposed());
-        if options.exposure != 0.0 {
-            picture.scale(options.exposure.exp2());
-        }
-        picture.view = options.view;
+        let mut picture = develop(&outcome.exposed(), options.exposure, options.view);
         picture.metadata = metadata;
-        picture.metadata.push(("spp".to_owned(), Value::Real(outcome.spp_mean)));
         let frame = outcome.accumulator.frame();
         adorn(frame, &mut picture);
         let bytes = picture.encode(options.output.format)?;
@@ -214,11 +216,26 @@ impl<'a> Drawing<'a> {
     }
 }
 
+/// The picture of what was exposed, by so many stops brighter.
+pub(crate) fn develop(exposed: &Exposed, exposure: f32, view: image::View) -> Picture {
+    let mut picture = Picture::from_exposed(exposed);
+    if exposure != 0.0 {
+        picture.scale(exposure.exp2());
+    }
+    picture.view = view;
+    picture
+}
+
 /// What a picture tells of how it was made, so that it can be made again.
 ///
-/// `fabrics` are hashes of the fabrics of its cloths. Time has no place here: it is never the same
+/// `fabrics` are hashes of the fabrics of its cloths, `spp` the mean number of samples of a pixel. Time has no place here: it is never the same
 /// twice.
-fn metadata(scene: &Scene, fabrics: &[u64], seed: u64) -> Vec<(String, Value)> {
+pub(crate) fn metadata(
+    scene: &Scene,
+    fabrics: &[u64],
+    seed: u64,
+    spp: f64,
+) -> Vec<(String, Value)> {
     let mut metadata = vec![
         ("software".to_owned(), Value::Text(format!("selvedge {}", env!("CARGO_PKG_VERSION")))),
         ("seed".to_owned(), Value::Text(seed.to_string())),
@@ -232,6 +249,7 @@ fn metadata(scene: &Scene, fabrics: &[u64], seed: u64) -> Vec<(String, Value)> {
         let factors = factors.flat_map(|both| both.map(|of_shape| of_shape.factor as f32));
         metadata.push((format!("normalization {index}"), Value::List(factors.collect())));
     }
+    metadata.push(("spp".to_owned(), Value::Real(spp)));
     metadata
 }
 

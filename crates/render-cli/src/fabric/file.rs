@@ -5,7 +5,7 @@ use std::{borrow::Cow, fmt, path::PathBuf};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use selvedge_yarn_brdf::Fabric;
 use serde::{
-    Deserialize, Deserializer,
+    Deserialize, Deserializer, Serialize,
     de::{
         DeserializeSeed, Error as _, IntoDeserializer, MapAccess, Visitor,
         value::MapAccessDeserializer,
@@ -30,7 +30,16 @@ pub(super) enum DraftSource {
     Inline(String),
 }
 
-const VERSION: u64 = 1;
+/// A file to be written.
+#[derive(Serialize)]
+pub(super) struct Written<'a> {
+    pub(super) version: u64,
+    pub(super) draft: serde_json::Value,
+    #[serde(flatten)]
+    pub(super) fabric: &'a Fabric,
+}
+
+pub(super) const VERSION: u64 = 1;
 
 /// The keys that are not those of a [`Fabric`].
 const HEAD: [&str; 2] = ["version", "draft"];

@@ -3,11 +3,16 @@
 mod file;
 pub mod presets;
 
-use std::path::{Path, PathBuf};
+use std::{
+    borrow::Cow,
+    path::{Path, PathBuf},
+    sync::Arc,
+};
 
 use schemars::Schema;
 use selvedge_wif::Drawdown;
 use selvedge_yarn_brdf::{Cloth, ClothError, Fabric, Shader, Thread, Weave};
+use serde_json::{Map, Value, json};
 use thiserror::Error;
 
 use self::{
@@ -25,7 +30,9 @@ use crate::{
 #[derive(Clone, Debug)]
 pub struct FabricSource {
     name: String,
-    draft: DraftFile,
+    draft: Arc<DraftFile>,
+    /// Where the draft is, if the file names one.
+    draft_path: Option<PathBuf>,
     fabric: Fabric,
 }
 
@@ -84,23 +91,66 @@ pub fn read(path: &Path) -> Result<FabricSource, FabricError> {
     let is_json = text.trim_ascii_start().starts_with(b"{")
         || path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("json"));
     if !is_json {
-        let draft = DraftFile::new(name.clone(), &bytes);
-        return Ok(FabricSource { name, draft, fabric: Fabric::default() });
+        return Ok(of_draft(name, &bytes));
     }
     let wrong = |what| FabricError::NotAFabric { name: name.clone(), what };
     if is_scene(text) {
         return Err(wrong("found a scene, expected a draft or a fabric".to_owned()));
     }
     let FabricFile { draft, fabric } = file::parse(text).map_err(wrong)?;
-    let draft = match draft {
-        DraftSource::Inline(wif) => DraftFile::new(format!("{name}: draft"), wif.as_bytes()),
+    let (draft, draft_path) = match draft {
+        DraftSource::Inline(wif) => (inline(&name, &wif), None),
         DraftSource::Path(relative) => {
             let folder = path.parent().map_or_else(PathBuf::new, Path::to_owned);
-            draft::read(&folder.join(relative))
-                .map_err(|source| FabricError::DraftOf { name: name.clone(), source })?
+            let draft = draft::read(&folder.join(&relative))
+                .map_err(|source| FabricError::DraftOf { name: name.clone(), source })?;
+            (draft, Some(relative))
         }
     };
-    Ok(FabricSource { name, draft, fabric })
+    Ok(FabricSource { name, draft: Arc::new(draft), draft_path, fabric })
+}
+
+/// The draft that is text in the fabric `name`.
+fn inline(name: &str, wif: &str) -> DraftFile {
+    DraftFile::new(format!("{name}: draft"), wif.as_bytes())
+}
+
+/// The draft of these bytes, which messages call `name`, and nothing else.
+pub fn of_draft(name: String, bytes: &[u8]) -> FabricSource {
+    let draft = Arc::new(DraftFile::new(name.clone(), bytes));
+    FabricSource { name, draft, draft_path: None, fabric: Fabric::default() }
+}
+
+/// The fabric of `json`, which messages call `name`. Its draft is text in it, or that of `before` where
+/// it names none; nothing is read from anywhere.
+///
+/// # Errors
+///
+/// [`FabricError::NotAFabric`] when `json` is no fabric, or its draft is in a file.
+pub fn from_json(
+    name: &str,
+    mut json: Map<String, Value>,
+    before: &FabricSource,
+) -> Result<FabricSource, FabricError> {
+    let wrong = |what| FabricError::NotAFabric { name: name.to_owned(), what };
+    let has_draft = json.contains_key("draft");
+    if !has_draft {
+        json.insert("draft".to_owned(), json!({ "wif": "" }));
+    }
+    let text = Value::Object(json).to_string();
+    let FabricFile { draft, fabric } =
+        file::parse(text.as_bytes()).map_err(|what| wrong(json::without_line(&what).to_owned()))?;
+    let (draft, draft_path) = match draft {
+        _ if !has_draft => (Arc::clone(&before.draft), before.draft_path.clone()),
+        DraftSource::Path(_) => {
+            return Err(wrong("draft: found a path, expected {\"wif\": \"its text\"}".to_owned()));
+        }
+        DraftSource::Inline(wif) if before.wif() == wif => {
+            (Arc::clone(&before.draft), before.draft_path.clone())
+        }
+        DraftSource::Inline(wif) => (Arc::new(inline(name, &wif)), None),
+    };
+    Ok(FabricSource { name: name.to_owned(), draft, draft_path, fabric })
 }
 
 /// The fabric that is compiled in as `name`.
@@ -116,8 +166,8 @@ fn preset(name: &str) -> Result<FabricSource, FabricError> {
         DraftSource::Inline(wif) => wif,
         DraftSource::Path(_) => preset.draft.unwrap_or_default(),
     };
-    let draft = DraftFile::new(format!("{full_name}: draft"), wif.as_bytes());
-    Ok(FabricSource { name: full_name, draft, fabric })
+    let draft = Arc::new(inline(&full_name, wif));
+    Ok(FabricSource { name: full_name, draft, draft_path: None, fabric })
 }
 
 /// The JSON Schema of fabrics in files.
@@ -134,6 +184,39 @@ impl FabricSource {
     /// The draft.
     pub fn draft(&self) -> &DraftFile {
         &self.draft
+    }
+
+    /// What the draft leaves open.
+    pub fn fabric(&self) -> &Fabric {
+        &self.fabric
+    }
+
+    /// Whether `other` makes the same cloth, whatever it is called.
+    pub fn is_like(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.draft, &other.draft) && self.fabric == other.fabric
+    }
+
+    /// The text of the draft: the file's own where that is UTF-8, else its canonical form; empty if
+    /// there is neither.
+    pub fn wif(&self) -> Cow<'_, str> {
+        let bytes = self.draft.parse().document.as_bytes();
+        let canonical = || self.draft.parse().draft.as_ref().map(selvedge_wif::Draft::to_wif);
+        match str::from_utf8(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)) {
+            Ok(text) => Cow::Borrowed(text),
+            Err(_) => Cow::Owned(canonical().unwrap_or_default()),
+        }
+    }
+
+    /// The fabric as a file: with its draft as text in it or, if not `is_inline`, as the path that it
+    /// was read with, if it was.
+    #[expect(clippy::missing_panics_doc, reason = "JSON holds any fabric")]
+    pub fn to_json(&self, is_inline: bool) -> String {
+        let draft = match &self.draft_path {
+            Some(path) if !is_inline => json!(path),
+            _ => json!({ "wif": self.wif() }),
+        };
+        let file = file::Written { version: file::VERSION, draft, fabric: &self.fabric };
+        serde_json::to_string_pretty(&file).expect("a fabric has names for keys")
     }
 
     /// The cloth, woven by `drawdown`, which is that of the draft.
@@ -185,14 +268,16 @@ impl FabricSource {
 
     /// What the fabric says in vain, each as a line that begins with severity and file.
     pub fn warnings(&self, drawdown: &Drawdown, shader: &Shader) -> Vec<String> {
+        let lowered = shader.lowered().iter().map(ToString::to_string);
+        let all = self.unused(drawdown).into_iter().chain(lowered);
+        all.map(|what| format!("warning: {}: {what}", self.name)).collect()
+    }
+
+    /// Which overrides are for no thread, each as *where: what was found*.
+    pub fn unused(&self, drawdown: &Drawdown) -> Vec<String> {
         let [ends, picks] = threads(drawdown);
-        let name = &self.name;
-        let unused = self.fabric.unused(&ends, &picks);
-        let unused = unused.into_iter().map(|index| {
-            format!("warning: {name}: override {}: found no such threads in the draft", index + 1)
-        });
-        let lowered = shader.lowered().iter().map(|lowered| format!("warning: {name}: {lowered}"));
-        unused.chain(lowered).collect()
+        let line = |index| format!("override {}: found no such threads in the draft", index + 1);
+        self.fabric.unused(&ends, &picks).into_iter().map(line).collect()
     }
 
     fn no_cloth(&self, source: ClothError) -> FabricError {
@@ -201,7 +286,7 @@ impl FabricSource {
 }
 
 /// The ends and the picks.
-fn threads(drawdown: &Drawdown) -> [Vec<Thread>; 2] {
+pub(crate) fn threads(drawdown: &Drawdown) -> [Vec<Thread>; 2] {
     let thread = |thread: &selvedge_wif::Thread| Thread {
         color: thread.color.linear(),
         color_number: thread.color_number,

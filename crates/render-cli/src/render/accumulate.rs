@@ -110,6 +110,27 @@ impl Accumulator {
         beauty
     }
 
+    /// Fewest samples of a pixel.
+    pub fn fewest(&self) -> u32 {
+        self.tiles.iter().map(|tile| tile.samples).min().unwrap_or(0)
+    }
+
+    /// The noise, as [`Limits::noise`](super::progressive::Limits::noise) limits it: over the whole
+    /// picture and of the worst tile. `None` without halves or with fewer than two samples of a pixel.
+    pub fn noise(&self) -> Option<[f64; 2]> {
+        if self.halves == Halves::None || self.fewest() < 2 {
+            return None;
+        }
+        let [mut sum, mut pixels, mut worst] = [0.0, 0.0, 0.0_f64];
+        for tile in &self.tiles {
+            let error = tile.error();
+            sum += error * error * tile.pixels() as f64;
+            pixels += tile.pixels() as f64;
+            worst = worst.max(error);
+        }
+        Some([(sum / pixels).sqrt(), worst])
+    }
+
     /// The means, within the crop; black where there is no sample.
     ///
     /// Planes, if layers are kept: `albedo`, `diffuse` and `specular`, means over all samples; `N`

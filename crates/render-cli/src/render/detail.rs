@@ -5,9 +5,11 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use clap::ValueEnum;
 use glam::DVec2;
 use selvedge_yarn_brdf::Shader;
+use serde::{Deserialize, Serialize};
 
 /// Which level of detail cloth is shaded at.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Level {
     /// Each thread where it can be seen, else what all reflect together
     #[default]

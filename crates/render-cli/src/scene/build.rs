@@ -298,7 +298,7 @@ impl<'a> Builder<'a> {
                 let warnings = UvReport::new(&mesh).warnings().into_iter();
                 self.warnings.extend(warnings.map(|warning| format!("warning: {at}: {warning}")));
             }
-            Ok((Surface { mesh, material }, at))
+            Ok((Surface { mesh: mesh.into(), material }, at))
         };
         placed.into_iter().map(surface).collect()
     }

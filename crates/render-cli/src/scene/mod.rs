@@ -11,6 +11,7 @@ pub mod mesh;
 mod placement;
 pub mod shape;
 pub mod source;
+pub mod stage;
 pub mod standard;
 pub mod swatch;
 pub mod texture;
@@ -23,9 +24,11 @@ use selvedge_yarn_brdf::Shader;
 use thiserror::Error;
 
 use self::{
-    drape::{BuiltIn, CameraPlacement, SideError},
-    light::{Light, Lights, Quad, Sky},
+    drape::{CameraPlacement, SideError},
+    light::{Light, Lights, Sky},
     mesh::{Mesh, MeshError},
+    shape::ShapeError,
+    stage::{Shot, Stage},
     standard::Standard,
 };
 use crate::render::{
@@ -56,14 +59,14 @@ pub struct Scene {
     /// How often it was, at either level.
     pub shades: Shades,
     surfaces: Vec<Surface>,
-    geometry: Geometry,
+    geometry: Arc<Geometry>,
 }
 
 /// A mesh and what it is made of.
 #[derive(Debug)]
 pub struct Surface {
     /// Its shape; for cloth, its uv tell the place on the cloth.
-    pub mesh: Mesh,
+    pub mesh: Arc<Mesh>,
     /// Of both its sides.
     pub material: Material,
 }
@@ -110,6 +113,9 @@ pub enum SceneError {
     /// A swatch cannot be that large.
     #[error(transparent)]
     Mesh(#[from] MeshError),
+    /// A form cannot be that large.
+    #[error(transparent)]
+    Shape(#[from] ShapeError),
 }
 
 /// Surfaces after which a path ends for good: among white surfaces only does one come that far.
@@ -138,10 +144,21 @@ impl Scene {
         lights: Vec<Light>,
         depth: u32,
     ) -> Result<Self, GeometryError> {
-        let meshes: Vec<_> = surfaces.iter().map(|surface| &surface.mesh).collect();
-        let geometry = Geometry::new(&meshes)?;
+        let meshes: Vec<_> = surfaces.iter().map(|surface| &*surface.mesh).collect();
+        let geometry = Arc::new(Geometry::new(&meshes)?);
+        Ok(Self::with_geometry(surfaces, geometry, camera, lights, depth))
+    }
+
+    /// As [`Scene::new`], where the hierarchy of the meshes of `surfaces` is known.
+    fn with_geometry(
+        surfaces: Vec<Surface>,
+        geometry: Arc<Geometry>,
+        camera: CameraPlacement,
+        lights: Vec<Light>,
+        depth: u32,
+    ) -> Self {
         let lights = Lights::new(lights, geometry.extent());
-        Ok(Self {
+        Self {
             camera,
             lens: None,
             filter: Filter::default(),
@@ -152,7 +169,7 @@ impl Scene {
             shades: Shades::default(),
             surfaces,
             geometry,
-        })
+        }
     }
 
     /// The built-in scene: a square of cloth of `side` metres over a rounded form, lit like a
@@ -163,15 +180,7 @@ impl Scene {
     ///
     /// [`SceneError`] when the side is outside the range of [`BuiltIn::new`].
     pub fn built_in(cloth: Material, side: f32) -> Result<Self, SceneError> {
-        let built_in = BuiltIn::new(side)?;
-        let surfaces = vec![
-            Surface { mesh: built_in.cloth, material: cloth },
-            Surface { mesh: built_in.floor, material: Material::Matte(FLOOR) },
-            Surface { mesh: built_in.form, material: Material::Matte(FLOOR) },
-        ];
-        let key_light = Quad::new(built_in.key_light, KEY);
-        let lights = vec![Light::Quad(key_light), Light::Sky(SKY)];
-        Ok(Self::new(surfaces, built_in.camera, lights, MAX_DEPTH)?)
+        Ok(Stage::drape(side)?.scene(cloth, &Shot::default()))
     }
 
     /// The surface that a hit of this scene is on.
@@ -224,7 +233,7 @@ mod tests {
     use selvedge_yarn_brdf::{Cloth, Thread, Weave, Yarn};
 
     use super::*;
-    use crate::scene::drape::RectangleLight;
+    use crate::scene::{drape::RectangleLight, light::Quad};
 
     /// A square of plain-woven cloth of side 10 mm at z = 0: threads every 0.5 mm.
     fn cloth(diameter: f64) -> Scene {
@@ -252,8 +261,13 @@ mod tests {
         };
         let light = Light::Quad(Quad::new(shape, Vec3::ONE));
         let lights = vec![light, Light::Sky(SKY)];
-        Scene::new(vec![Surface { mesh: mesh.unwrap(), material }], camera, lights, MAX_DEPTH)
-            .unwrap()
+        Scene::new(
+            vec![Surface { mesh: mesh.unwrap().into(), material }],
+            camera,
+            lights,
+            MAX_DEPTH,
+        )
+        .unwrap()
     }
 
     /// The share of rays from above that pass through.

@@ -114,14 +114,8 @@ fn set(text: &[u8], settings: &[Setting]) -> anyhow::Result<SceneFile> {
         *place = value.clone();
         // One by one, to tell which of them is wrong.
         let text = serde_json::to_vec(&root)?;
-        file::parse(&text).map_err(|what| {
-            // Lines and columns are those of a text that nobody has seen.
-            let what = what
-                .split_once(": ")
-                .filter(|_| what.starts_with("line "))
-                .map_or(&*what, |parts| parts.1);
-            anyhow::anyhow!("--set {path}: {what}")
-        })?;
+        file::parse(&text)
+            .map_err(|what| anyhow::anyhow!("--set {path}: {}", json::without_line(&what)))?;
     }
     let text = serde_json::to_vec(&root)?;
     file::parse(&text).map_err(|what| anyhow::anyhow!("--set: {what}"))

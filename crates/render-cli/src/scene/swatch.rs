@@ -1,8 +1,7 @@
 //! A flat piece of cloth seen from above, large enough to show its threads.
 
-use std::f32::consts::PI;
+use std::{f32::consts::PI, str::FromStr};
 
-use clap::ValueEnum;
 use glam::{Vec2, Vec3};
 
 use super::{
@@ -10,6 +9,7 @@ use super::{
     drape::{CameraPlacement, RectangleLight},
     light::{Light as Lamp, Quad},
     mesh::{Mesh, MeshError},
+    stage::Direction,
 };
 use crate::render::{camera::COMPOSED_ASPECT, film::Size};
 
@@ -25,12 +25,41 @@ pub struct Swatch {
 }
 
 /// Where the light of a swatch stands.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Light {
-    /// 25° above the cloth
+    /// 25° above the cloth, from the upper left.
     Raking,
-    /// 70° above the cloth
+    /// 70° above the cloth, from the upper left.
     Top,
+    /// Anywhere else.
+    From(Direction),
+}
+
+impl Light {
+    /// Where that is.
+    pub fn direction(self) -> Direction {
+        match self {
+            Self::Raking => Direction { azimuth: LIGHT_AZIMUTH, elevation: 25.0 },
+            Self::Top => Direction { azimuth: LIGHT_AZIMUTH, elevation: 70.0 },
+            Self::From(direction) => direction,
+        }
+    }
+}
+
+impl FromStr for Light {
+    type Err = String;
+
+    /// `raking`, `top`, or azimuth and elevation.
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "raking" => Ok(Self::Raking),
+            "top" => Ok(Self::Top),
+            _ if text.starts_with(|c: char| c.is_ascii_alphabetic()) => {
+                Err("expected raking, top, or azimuth and elevation in degrees".to_owned())
+            }
+            _ => text.parse().map(Self::From),
+        }
+    }
 }
 
 /// Half the side of the cloth and of the card, in widths of the view: beyond any picture's edges.
@@ -71,12 +100,7 @@ impl Scene {
     /// [`SceneError`] when `swatch.width` is not a positive number.
     pub fn swatch(cloth: Material, swatch: &Swatch) -> Result<Self, SceneError> {
         let width = swatch.width;
-        let elevation = match swatch.light {
-            Light::Raking => 25.0_f32,
-            Light::Top => 70.0,
-        };
-        let (sin, cos) = elevation.to_radians().sin_cos();
-        let to_light = (Vec2::from_angle(LIGHT_AZIMUTH.to_radians()) * cos).extend(sin);
+        let to_light = swatch.light.direction().unit();
         let along = Vec3::Z.cross(to_light).normalize() * LIGHT_HALF_SIDE;
         let shape = RectangleLight {
             centre: to_light * LIGHT_DISTANCE * width,
@@ -85,7 +109,7 @@ impl Scene {
         };
         // From E = L · A · sin(elevation) / d², where all of the light is about as far.
         let solid_angle = (2.0 * LIGHT_HALF_SIDE / LIGHT_DISTANCE).powi(2);
-        let radiance = WHITE * (PI / (solid_angle * sin));
+        let radiance = WHITE * (PI / (solid_angle * to_light.z));
         let key_light = Lamp::Quad(Quad::new(shape, radiance));
         let camera = CameraPlacement {
             position: Vec3::Z * (CAMERA_DISTANCE * width),
@@ -94,8 +118,11 @@ impl Scene {
             horizontal_fov: 2.0 * (0.5 / CAMERA_DISTANCE).atan(),
         };
         let surfaces = vec![
-            Surface { mesh: square(width, 0.0, swatch.is_back)?, material: cloth },
-            Surface { mesh: square(width, -CARD_DEPTH, false)?, material: Material::Matte(FLOOR) },
+            Surface { mesh: square(width, 0.0, swatch.is_back)?.into(), material: cloth },
+            Surface {
+                mesh: square(width, -CARD_DEPTH, false)?.into(),
+                material: Material::Matte(FLOOR),
+            },
         ];
         Ok(Self::new(surfaces, camera, vec![key_light, Lamp::Sky(SKY)], MAX_DEPTH)?)
     }

@@ -36,7 +36,7 @@ fn square(centre: Vec3, half_side: f32, reflectance: f32) -> Surface {
     let positions = corners.map(|corner| centre + (corner * half_side).extend(0.0));
     let triangles = vec![[0, 1, 2], [0, 2, 3]];
     let mesh = Mesh::with_smooth_normals(positions.into(), corners.into(), triangles).unwrap();
-    Surface { mesh, material: Material::Matte(Vec3::splat(reflectance)) }
+    Surface { mesh: mesh.into(), material: Material::Matte(Vec3::splat(reflectance)) }
 }
 
 /// The mean of a small picture.
@@ -49,7 +49,7 @@ fn mean(scene: &Scene, spp: u32) -> f32 {
 #[test]
 fn white_scene_in_a_white_sky_is_white() {
     let built_in = BuiltIn::new(DEFAULT_SIDE).unwrap();
-    let white = |mesh| Surface { mesh, material: Material::Matte(Vec3::ONE) };
+    let white = |mesh: Mesh| Surface { mesh: mesh.into(), material: Material::Matte(Vec3::ONE) };
     let surfaces = [built_in.cloth, built_in.floor, built_in.form].map(white).into();
     let sky = Sky { zenith: Vec3::ONE, horizon: Vec3::ONE };
     let scene = scene(surfaces, built_in.camera, vec![Light::Sky(sky)]);

@@ -16,7 +16,10 @@ use self::{
     simulation::{Material, Phase, Sheet},
     spline::Grid,
 };
-use super::mesh::Mesh;
+use super::{
+    mesh::Mesh,
+    stage::{self, KEY_DIRECTION},
+};
 
 /// The built-in scene, in world space: metres, right-handed, z up, the floor at z = 0, the cloth's
 /// middle above the origin before it falls, the camera on the side of −y.
@@ -77,6 +80,9 @@ pub struct SideError {
 /// Side of the cloth that the scene is composed for, in metres: a handkerchief.
 pub const DEFAULT_SIDE: f32 = 0.42;
 
+/// What the camera looks at, for a cloth of that side, in metres.
+pub(super) const TARGET: Vec3 = Vec3::new(0.008, -0.022, 0.035);
+
 /// Range of the side of the cloth, in metres.
 pub(super) const MIN_SIDE: f32 = 0.001;
 pub(super) const MAX_SIDE: f32 = 1000.0;
@@ -129,8 +135,8 @@ impl BuiltIn {
             cloth: scaled(&cloth, scale),
             floor: scaled(&sweep(), scale),
             form: scaled(&form, scale),
-            camera: camera(scale),
-            key_light: key_light(scale),
+            camera: stage::Form::Drape.orbit().placement(TARGET, scale),
+            key_light: KEY_DIRECTION.key_light(scale),
         })
     }
 }
@@ -184,7 +190,7 @@ fn flat_sheet() -> Grid {
 
 /// The floor, its circular rise and the wall, extruded along x; uv are lengths along x and along
 /// the profile.
-fn sweep() -> Mesh {
+pub(super) fn sweep() -> Mesh {
     const HALF_WIDTH: f32 = 3.0;
     const FRONT: f32 = -3.0;
     const BACK: f32 = 0.8;
@@ -211,33 +217,6 @@ fn sweep() -> Mesh {
     }
     let triangles = grid_triangles(2, profile.len());
     Mesh::new(positions, normals, uvs, triangles).expect("the profile is finite")
-}
-
-/// From 37° above and a little to the left, so that folds are seen along and across.
-fn camera(scale: f32) -> CameraPlacement {
-    let (distance, elevation, azimuth) = (0.95, 37.0_f32.to_radians(), 18.0_f32.to_radians());
-    let target = Vec3::new(0.008, -0.022, 0.035);
-    let horizontal = Vec3::new(-azimuth.sin(), -azimuth.cos(), 0.0) * elevation.cos();
-    CameraPlacement {
-        position: (target + distance * (horizontal + Vec3::Z * elevation.sin())) * scale,
-        target: target * scale,
-        up: Vec3::Z,
-        horizontal_fov: 27.0_f32.to_radians(),
-    }
-}
-
-/// From the left, 45° high, facing the origin: across most folds.
-fn key_light(scale: f32) -> RectangleLight {
-    let (distance, half_side) = (1.1 * scale, 0.2 * scale);
-    let (elevation, azimuth) = (45.0_f32.to_radians(), 190.0_f32.to_radians());
-    let to_light =
-        Vec3::new(azimuth.cos(), azimuth.sin(), 0.0) * elevation.cos() + Vec3::Z * elevation.sin();
-    let along = Vec3::Z.cross(to_light).normalize();
-    RectangleLight {
-        centre: to_light * distance,
-        half_u: along * half_side,
-        half_v: along.cross(to_light) * half_side,
-    }
 }
 
 /// Two triangles for each square of a grid of vertices, row after row, anticlockwise when rows
