@@ -29,6 +29,7 @@ pub mod output;
 pub mod render;
 pub mod report;
 pub mod scene;
+pub mod studio;
 pub mod terminal;
 
 pub use glam;
@@ -59,6 +60,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         Command::Render(options) => command::render::run(options),
         Command::Swatch(options) => command::swatch::run(options),
         Command::Bake(options) => command::bake::run(options),
+        Command::Studio(options) => command::studio::run(options).map(|()| Outcome::Done),
         Command::Presets => command::presets::run().map(|()| Outcome::Done),
         Command::Plan(options) => command::plan::run(options).map(|()| Outcome::Done),
         Command::Measure(command) => command::measure::run(command),

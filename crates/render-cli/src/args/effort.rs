@@ -80,7 +80,7 @@ impl Effort {
 /// Longest time, a year.
 const LONGEST: f64 = 366.0 * 24.0 * 3600.0;
 
-fn time(text: &str) -> Result<Duration, String> {
+pub(super) fn time(text: &str) -> Result<Duration, String> {
     let end = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
     let (number, unit) = text.split_at(end);
     let unit = match unit {

@@ -5,6 +5,7 @@ mod draft;
 mod effort;
 mod image;
 mod measure;
+mod studio;
 
 use std::path::PathBuf;
 
@@ -23,6 +24,7 @@ pub use self::{
     effort::{Effort, ProgressForm},
     image::{DiffOptions, ImageCommand, PictureConvertOptions, PictureInfoOptions, Target},
     measure::{MeasureCommand, MeasureOptions},
+    studio::StudioOptions,
 };
 use crate::{
     image::{Format, View},
@@ -86,6 +88,11 @@ pub enum Command {
     ///
     /// Exit codes: 0 done, 1 failed, 2 wrong command line. What fails leaves no folder behind.
     Bake(BakeOptions),
+    /// Opens a page in the browser that shows the cloth, and draws it anew while its yarns are changed
+    ///
+    /// The page is served by this program, to this machine alone, at the address that it prints; whoever
+    /// knows the address can use it. Nothing else is asked of a network. Ctrl-C ends it.
+    Studio(StudioOptions),
 
     /// Lists the fabrics that are compiled in, which render and swatch draw as preset:NAME
     Presets,

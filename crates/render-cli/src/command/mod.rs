@@ -11,4 +11,5 @@ pub mod presets;
 mod progress;
 pub mod render;
 pub mod schema;
+pub mod studio;
 pub mod swatch;

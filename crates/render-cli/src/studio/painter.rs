@@ -1,0 +1,292 @@
+//! The thread that draws, one picture at a time.
+
+use std::{
+    sync::{Arc, OnceLock, atomic::Ordering},
+    time::{Duration, Instant},
+};
+
+use anyhow::Context;
+use hyper::body::Bytes;
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use selvedge_yarn_brdf::{Cloth, Shader};
+use serde_json::{Value, json};
+
+use super::{
+    cloth,
+    document::Document,
+    session::{Export, Session, Shown, Task},
+    thumbnails,
+};
+use crate::{
+    command::render::{develop, metadata},
+    image::{self, Format},
+    render::{
+        View,
+        accumulate::{Accumulator, Layers},
+        film::{Exposed, Frame, Size},
+        progressive::{self, Control, Limits, Plan, Save, Stopped},
+    },
+    scene::{
+        Material, Scene,
+        stage::{Form, Stage},
+    },
+};
+
+/// Draws what a session asks for.
+#[derive(Debug)]
+pub(super) struct Painter {
+    session: Arc<Session>,
+    pool: ThreadPool,
+    /// Of each form, once it was asked for.
+    stages: Vec<(Form, Stage)>,
+    /// The shader that was prepared last, and of which cloth.
+    prepared: Option<(Arc<Cloth>, Arc<Shader>)>,
+    /// Samples per second of the last first picture.
+    rate: f64,
+}
+
+/// Time that the first picture may take, s, and the greatest and the least number of its pixels.
+const FIRST: f64 = 0.04;
+const MOST_PIXELS: f64 = 160_000.0;
+const FEWEST_PIXELS: f64 = 4_000.0;
+
+/// Samples per second of a machine that is not known.
+const GUESSED_RATE: f64 = 4e5;
+
+/// How many times as many pixels the second picture has.
+const GROWTH: f64 = 5.0;
+
+/// Time between frames of the full size.
+const BETWEEN: Duration = Duration::from_millis(350);
+
+impl Painter {
+    /// A painter with so many threads, 0 for one per processor.
+    ///
+    /// # Errors
+    ///
+    /// When the system gives none.
+    pub(super) fn new(session: Arc<Session>, threads: usize) -> anyhow::Result<Self> {
+        let pool = ThreadPoolBuilder::new().num_threads(threads).build();
+        let pool = pool.context("threads: cannot be started")?;
+        Ok(Self { session, pool, stages: Vec::new(), prepared: None, rate: GUESSED_RATE })
+    }
+
+    /// Draws until the session is closed.
+    pub(super) fn run(mut self) {
+        loop {
+            match self.session.next_task() {
+                Task::Close => return,
+                Task::Draw(document) => {
+                    if let Err(error) = self.draw(&document) {
+                        let errors = [format!("{error:#}")];
+                        let revision = document.revision;
+                        self.session
+                            .tell("failed", &json!({ "revision": revision, "errors": errors }));
+                    }
+                }
+                Task::Export(shown, export) => self.export(&shown, export),
+                Task::Thumbnail(name) => {
+                    let interrupt = &self.session.interrupt;
+                    let bytes = self.pool.install(|| thumbnails::draw(name, interrupt));
+                    // One that was interrupted is drawn another time.
+                    if let Some(bytes) = bytes {
+                        self.session.add_thumbnail(name, bytes);
+                    }
+                }
+            }
+        }
+    }
+
+    fn draw(&mut self, document: &Arc<Document>) -> anyhow::Result<()> {
+        let shader = self.shader(document)?;
+        let scene = self.scene(document, Arc::clone(&shader))?;
+        let seen = OnceLock::new();
+        let shown = Arc::new(Shown { document: Arc::clone(document), scene, shader, seen });
+        self.session.set_shown(Arc::clone(&shown));
+        let size = document.view.size();
+        let mut pixels = (self.rate * FIRST).clamp(FEWEST_PIXELS, MOST_PIXELS);
+        let mut is_first = true;
+        while let Some(small) = smaller(size, pixels) {
+            let seconds = self.draw_small(&shown, small)?;
+            if self.is_interrupted() {
+                return Ok(());
+            }
+            if is_first {
+                self.rate = f64::from(small.width() * small.height()) / seconds.max(1e-4);
+            }
+            is_first = false;
+            pixels *= GROWTH;
+        }
+        self.draw_full(&shown)
+    }
+
+    fn is_interrupted(&self) -> bool {
+        self.session.interrupt.load(Ordering::Relaxed)
+    }
+
+    /// The shader of the cloth of `document`.
+    fn shader(&mut self, document: &Document) -> anyhow::Result<Arc<Shader>> {
+        let started = Instant::now();
+        let cloth = &document.cloth;
+        let known = self.prepared.take().filter(|(known, _)| Arc::ptr_eq(known, cloth));
+        let shader = match known {
+            Some((_, shader)) => shader,
+            None => Arc::new(self.pool.install(|| document.source.shader(cloth))?),
+        };
+        self.prepared = Some((Arc::clone(cloth), Arc::clone(&shader)));
+        let mut energy = cloth::energy(cloth, &shader);
+        energy["revision"] = document.revision.into();
+        energy["seconds"] = started.elapsed().as_secs_f64().into();
+        self.session.tell("prepared", &energy);
+        Ok(shader)
+    }
+
+    /// The cloth as its document shows it: the scene that `selvedge render` or `selvedge swatch` draws.
+    fn scene(&mut self, document: &Document, shader: Arc<Shader>) -> anyhow::Result<Scene> {
+        let view = &document.view;
+        let material = Material::Cloth { is_open: shader.has_gaps(), shader };
+        let mut scene = match view.kind.form() {
+            None => Scene::swatch(material, &view.swatch())?,
+            Some(form) => self.stage(form)?.scene(material, &view.shot()),
+        };
+        scene.detail = view.detail();
+        Ok(scene)
+    }
+
+    fn stage(&mut self, form: Form) -> anyhow::Result<&Stage> {
+        let index = match self.stages.iter().position(|(known, _)| *known == form) {
+            Some(index) => index,
+            None => {
+                self.stages.push((form, Stage::new(form)?));
+                self.stages.len() - 1
+            }
+        };
+        Ok(&self.stages[index].1)
+    }
+
+    /// Draws a picture of fewer pixels, and returns the seconds that it took.
+    fn draw_small(&self, shown: &Shown, size: Size) -> anyhow::Result<f64> {
+        let started = Instant::now();
+        let limits = Limits { spp: 1, time: None, noise: None };
+        let plan = Plan { frame: Frame::whole(size), layers: Layers::None, limits, key: 0 };
+        let view = View::new(&shown.scene, size, shown.document.view.seed, false);
+        let control =
+            Control { interrupt: &self.session.interrupt, watch: &|_| {}, save: None, study: None };
+        let outcome = self.pool.install(|| progressive::expose(&view, &plan, &control));
+        let seconds = started.elapsed().as_secs_f64();
+        if outcome.stopped != Stopped::Interrupted {
+            let about = json!({ "spp": 1, "noise": null, "full": false });
+            self.show(shown, &outcome.exposed(), about, None)?;
+        }
+        Ok(seconds)
+    }
+
+    /// Draws the picture itself.
+    fn draw_full(&self, shown: &Shown) -> anyhow::Result<()> {
+        let document = &shown.document;
+        let size = document.view.size();
+        let plan = plan(document, Layers::None);
+        let view = View::new(&shown.scene, size, document.view.seed, false);
+        let show = |accumulator: &Accumulator, stopped: Option<Stopped>| {
+            if accumulator.fewest() == 0 {
+                return Ok(());
+            }
+            let pixels = f64::from(size.width()) * f64::from(size.height());
+            let noise = accumulator.noise();
+            let about = json!({
+                "spp": accumulator.samples() as f64 / pixels,
+                "noise": noise.map(|[all, _]| all),
+                "noise_worst": noise.map(|[_, worst]| worst),
+                "full": true,
+            });
+            self.show(shown, &accumulator.exposed(), about, stopped)
+        };
+        let save = |accumulator: &Accumulator| {
+            // A frame that cannot be encoded is told when the picture is done.
+            let _ = show(accumulator, None);
+        };
+        let control = Control {
+            interrupt: &self.session.interrupt,
+            watch: &|_| {},
+            save: Some(Save { every: BETWEEN, save: &save }),
+        };
+        let outcome = self.pool.install(|| progressive::expose(&view, &plan, &control));
+        match outcome.stopped {
+            Stopped::Interrupted => Ok(()),
+            stopped => show(&outcome.accumulator, Some(stopped)),
+        }
+    }
+
+    /// Tells of what was exposed; `stopped` if it is the picture when done.
+    fn show(
+        &self,
+        shown: &Shown,
+        exposed: &Exposed,
+        mut about: Value,
+        stopped: Option<Stopped>,
+    ) -> anyhow::Result<()> {
+        let document = &shown.document;
+        let picture = develop(exposed, document.view.exposure, image::View::Srgb);
+        let bytes = Bytes::from(picture.encode(Format::Png)?);
+        about["revision"] = document.revision.into();
+        about["far"] = shown.scene.shades.far_share().into();
+        about["seconds"] = document.accepted.elapsed().as_secs_f64().into();
+        about["stopped"] =
+            stopped.map(|stopped| if stopped == Stopped::Noise { "noise" } else { "spp" }).into();
+        let size = exposed.frame.size();
+        self.session.add_frame(size, bytes, about, stopped.is_some());
+        Ok(())
+    }
+
+    /// Draws what is shown with its layers, unless something else is asked for meanwhile: then nobody
+    /// hears of it.
+    fn export(&self, shown: &Shown, export: Export) {
+        let document = &shown.document;
+        let view = &document.view;
+        let plan = plan(document, Layers::All);
+        let subject = View::new(&shown.scene, view.size(), view.seed, true);
+        let control =
+            Control { interrupt: &self.session.interrupt, watch: &|_| {}, save: None, study: None };
+        let outcome = self.pool.install(|| progressive::expose(&subject, &plan, &control));
+        if outcome.stopped == Stopped::Interrupted {
+            return;
+        }
+        let Ok(hash) = document.source.hash() else { return };
+        let mut picture = develop(&outcome.exposed(), view.exposure, image::View::Srgb);
+        picture.metadata = metadata(&shown.scene, &[hash], view.seed, outcome.spp_mean);
+        if let Ok(bytes) = picture.encode(export.format) {
+            // Whoever asked may have gone.
+            let _ = export.to.send(bytes.into());
+        }
+    }
+}
+
+/// The picture of `document` as `selvedge render` draws it.
+fn plan(document: &Document, layers: Layers) -> Plan {
+    let view = &document.view;
+    Plan { frame: Frame::whole(view.size()), layers, limits: view.limits(), key: 0 }
+}
+
+/// A size of about so many pixels with the sides of `size`; `None` if it is nearly as large.
+fn smaller(size: Size, pixels: f64) -> Option<Size> {
+    let [width, height] = [size.width(), size.height()].map(f64::from);
+    let factor = (width * height / pixels).sqrt();
+    if factor < 1.5 {
+        return None;
+    }
+    let side = |length: f64| (length / factor).round().max(1.0) as u32;
+    Size::new(side(width), side(height)).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn small_pictures_have_the_sides_of_the_large_one() {
+        let size = Size::new(640, 480).unwrap();
+        assert_eq!(smaller(size, 19_200.0), Size::new(160, 120).ok());
+        assert_eq!(smaller(size, 200_000.0), None);
+        assert_eq!(smaller(Size::new(4096, 16).unwrap(), 100.0), Size::new(160, 1).ok());
+    }
+}

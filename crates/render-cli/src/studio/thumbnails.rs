@@ -1,0 +1,50 @@
+//! Small pictures of the presets.
+
+use std::sync::atomic::AtomicBool;
+
+use hyper::body::Bytes;
+
+use crate::{
+    command::render::develop,
+    fabric::{self, PRESET},
+    image::{self, Format},
+    render::{
+        View,
+        accumulate::Layers,
+        film::{Frame, Size},
+        progressive::{self, Control, Limits, Plan, Stopped},
+    },
+    scene::{Material, Scene, swatch},
+};
+
+/// Width and height, pixels; samples per pixel; and the width of cloth, m.
+const SIZE: [u32; 2] = [192, 128];
+const SPP: u32 = 4;
+const WIDTH: f32 = 0.012;
+
+/// A PNG of the preset `name`; `None` if `interrupt` was set meanwhile.
+///
+/// # Panics
+///
+/// If there is no such preset: those that are compiled in are sound.
+pub(super) fn draw(name: &str, interrupt: &AtomicBool) -> Option<Bytes> {
+    let scene = || -> anyhow::Result<Scene> {
+        let source = fabric::read(format!("{PRESET}{name}").as_ref())?;
+        let cloth = source.cloth(&source.draft().drawdown()?)?;
+        let material = Material::cloth(source.shader(&cloth)?);
+        let light = swatch::Light::Raking;
+        let swatch = swatch::Swatch { width: WIDTH, light, is_back: false };
+        Ok(Scene::swatch(material, &swatch)?)
+    };
+    let scene = scene().expect("a preset is sound");
+    let size = Size::new(SIZE[0], SIZE[1]).expect("a thumbnail has pixels");
+    let limits = Limits { spp: SPP, time: None, noise: None };
+    let plan = Plan { frame: Frame::whole(size), layers: Layers::None, limits, key: 0 };
+    let control = Control { interrupt, watch: &|_| {}, save: None, study: None };
+    let outcome = progressive::expose(&View::new(&scene, size, 0, false), &plan, &control);
+    if outcome.stopped == Stopped::Interrupted {
+        return None;
+    }
+    let picture = develop(&outcome.exposed(), 0.0, image::View::Srgb);
+    Some(picture.encode(Format::Png).expect("a small picture fits a PNG").into())
+}
