@@ -507,7 +507,7 @@ mod tests {
                 mapping: Mapping::Arcsine,
                 ratio_max: 1.0,
             };
-            let table = Reflectance::new(&subject, Mode::Segment).unwrap();
+            let table = Reflectance::new(&subject, Mode::Segment, &|| true).unwrap().unwrap();
             let exact =
                 Integrals::new(&yarn, false, Mapping::Arcsine, Nodes::resolving(&yarn, 3.0));
             let mut worst: (f64, f64) = (0.0, 0.0);

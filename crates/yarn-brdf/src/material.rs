@@ -126,12 +126,14 @@ pub(crate) type Shapes = [f64; 2];
 
 impl Materials {
     /// The materials of `cloth`, whose parameters have been checked; `shapes` by type of yarn.
+    ///
+    /// `None` if nobody wants the `tables` any more.
     pub(crate) fn new(
         cloth: &Cloth,
         shapes: &[Shapes],
         straight_shows: bool,
-    ) -> Result<Self, ClothError> {
-        let mut tables = Tables::new(cloth.mapping, cloth.normalization);
+        tables: &mut Tables<'_>,
+    ) -> Result<Option<Self>, ClothError> {
         let mut materials = Self::default();
         for (index, yarn) in cloth.yarns.iter().enumerate() {
             let of_yarn = |t: &&crate::texture::Textured| usize::from(t.yarn) == index;
@@ -159,25 +161,24 @@ impl Materials {
             let widest = shapes[index][0].max(shapes[index][1]);
             materials.note_steep(cloth, index, yarn, shapes[index], limit)?;
             let failed = |source| ClothError::Normalization { index, source };
-            let mut bent = vec![{
-                let ratio_max = widest.max(1.0).min(limit);
-                (
-                    limit,
-                    tables.find(&variants, false, ratio_max).map_err(failed)?,
-                    kind.yarn.clone(),
-                )
-            }];
+            let mut find = |variants: &Variants, is_straight, ratio_max| {
+                tables.find(variants, is_straight, ratio_max).map_err(failed)
+            };
+            let ratio_max = widest.max(1.0).min(limit);
+            let Some(table) = find(&variants, false, ratio_max)? else { return Ok(None) };
+            let mut bent = vec![(limit, table, kind.yarn.clone())];
             // Steps of √2 in shape, each with the inclination that the next allows.
             let mut reach = limit;
             while reach < widest {
                 reach *= core::f64::consts::SQRT_2;
                 let u_max = (STEEPEST / reach).asin();
-                let table =
-                    tables.find(&variants.lowered_to(u_max), false, reach).map_err(failed)?;
+                let lowered = variants.lowered_to(u_max);
+                let Some(table) = find(&lowered, false, reach)? else { return Ok(None) };
                 bent.push((reach, table, Yarn { u_max: yarn.u_max.min(u_max), ..yarn.clone() }));
             }
             let straight = if straight_shows {
-                tables.find(&variants, true, 0.0).map_err(failed)?
+                let Some(table) = find(&variants, true, 0.0)? else { return Ok(None) };
+                table
             } else {
                 // Never looked at.
                 bent[0].1.clone()
@@ -187,7 +188,7 @@ impl Materials {
             materials.kinds.push(kind);
         }
         materials.side_by_side = SideBySide::new(&materials.single, &materials.kinds);
-        Ok(materials)
+        Ok(Some(materials))
     }
 
     /// The piece with the `key` that one of the types has.

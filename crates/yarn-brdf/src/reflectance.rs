@@ -52,7 +52,13 @@ impl Reflectance {
     ///
     /// The maximum over directions of an expression affine in w/l is convex in w/l, so the chord
     /// between two shapes is an upper bound for those between them.
-    pub(crate) fn new(subject: &Subject<'_>, mode: Mode) -> Result<Self, ScaleError> {
+    ///
+    /// `None` if `goes_on` says meanwhile that nobody wants it any more.
+    pub(crate) fn new(
+        subject: &Subject<'_>,
+        mode: Mode,
+        goes_on: &dyn Fn() -> bool,
+    ) -> Result<Option<Self>, ScaleError> {
         let &Subject { yarn, is_straight, mapping, ratio_max } = subject;
         let ends = |albedo: Affine<f64>| [0.0, ratio_max].map(|ratio| albedo.at(ratio).max(0.0));
         let map = Map { is_sharp: yarn.phase.sharpness() > SHARP };
@@ -62,9 +68,12 @@ impl Reflectance {
                 Integrals::new(yarn, is_straight, mapping, Nodes::resolving(yarn, density))
             };
             let (quick, fine) = (integrals(density), integrals(1.5 * density));
-            let albedo = |wo| ends(quick.mean(wo));
+            let albedo = |wo| if goes_on() { ends(quick.mean(wo)) } else { [0.0; 2] };
             let (mut table, between) = Table::above(map, albedo);
             let at_nodes = table.shortfall(albedo, |wo| ends(fine.mean(wo)));
+            if !goes_on() {
+                return Ok(None);
+            }
             // By which the table is raised, and the diffuse gets less.
             if at_nodes < QUICK_SHORTFALL || density > MAX_DENSITY {
                 break (quick, table, between, at_nodes);
@@ -98,7 +107,7 @@ impl Reflectance {
                 Mode::Pointwise | Mode::None => mix(normalizations.map(|n| 1.0 / n.factor)),
             }
         });
-        Ok(Self::from_parts(&table, divisors, ratio_max, normalizations))
+        Ok(Some(Self::from_parts(&table, divisors, ratio_max, normalizations)))
     }
 
     /// The least table and factors that bound those of every one of `variants`, all for the same

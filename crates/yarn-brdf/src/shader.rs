@@ -17,6 +17,7 @@ use crate::place::Place;
 use crate::real::{Real, Scalar};
 use crate::segment::{Mapping, Optics, Spread, normal};
 use crate::threads::Threads;
+use crate::variants::Tables;
 use crate::weave::{Position, Segment, Side, Weave};
 use crate::{filament, rough, staple};
 
@@ -146,11 +147,13 @@ pub struct YarnPoint {
 }
 
 impl Shader {
-    /// The shader of a cloth whose parts have been checked.
-    pub(crate) fn new(cloth: &Cloth) -> Result<Self, ClothError> {
+    /// The shader of a cloth whose parts have been checked; `None` if nobody wants the `tables` any more.
+    pub(crate) fn new(cloth: &Cloth, tables: &mut Tables<'_>) -> Result<Option<Self>, ClothError> {
         let threads = Threads::new(cloth);
         let straight_shows = cloth.weave.has_uncovered() || threads.have_gaps();
         let shapes = threads.shapes(cloth);
+        let materials = Materials::new(cloth, &shapes, straight_shows, tables)?;
+        let Some(materials) = materials else { return Ok(None) };
         let (sin, cos) = cloth.rotation.sin_cos();
         let mut shader = Self {
             frame: ClothFrame {
@@ -164,14 +167,14 @@ impl Shader {
             },
             mapping: cloth.mapping,
             seed: cloth.seed,
-            materials: Materials::new(cloth, &shapes, straight_shows)?,
+            materials,
             weave: cloth.weave.clone(),
             threads,
             far: Far::default(),
             level: Level::new(),
         };
         shader.far = Far::new(&shader);
-        Ok(shader)
+        Ok(Some(shader))
     }
 
     /// The BRDF at `uv` (m), in sr⁻¹, without the cosine, linear RGB: finite and ≥ 0 (Nelson, McEvoy

@@ -1,5 +1,6 @@
 //! `Variants`: the yarns that textures and noise make of one, and tables that bound them all.
 
+use core::mem::discriminant;
 use std::sync::Arc;
 
 use selvedge_normalize::halton::Halton;
@@ -110,27 +111,95 @@ fn with(yarn: &Yarn, parameter: &Parameter, value: f64) -> Yarn {
     yarn
 }
 
-/// The tables found so far, so that yarns that differ in colour alone share one.
-pub(crate) struct Tables {
+/// Tables that are known, so that yarns that differ in colour alone share one: the last used at the
+/// end.
+#[derive(Debug, Default)]
+pub(crate) struct Known(Vec<(Key, Arc<Reflectance>)>);
+
+/// What a table depends on.
+#[derive(Clone, Debug, PartialEq)]
+struct Key {
+    variants: Variants,
+    is_straight: bool,
+    ratio_max: f64,
     mapping: Mapping,
     mode: Mode,
-    known: Vec<(Variants, bool, f64, Arc<Reflectance>)>,
 }
 
-impl Tables {
-    pub(crate) fn new(mapping: Mapping, mode: Mode) -> Self {
-        Self { mapping, mode, known: vec![] }
+/// Most tables that are remembered, of 20 kB each.
+const MAX_KNOWN: usize = 64;
+
+impl Known {
+    /// Forgets those that were not used for longest.
+    pub(crate) fn forget_old(&mut self) {
+        let excess = self.0.len().saturating_sub(MAX_KNOWN);
+        self.0.drain(..excess);
     }
 
-    /// The table that bounds those of all `variants` for shapes up to `ratio_max`.
+    /// How many there are.
+    #[cfg(test)]
+    pub(crate) fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    fn find(&mut self, key: &Key) -> Option<Arc<Reflectance>> {
+        let index = self.0.iter().position(|(known, _)| known == key)?;
+        let entry = self.0.remove(index);
+        let table = Arc::clone(&entry.1);
+        self.0.push(entry);
+        Some(table)
+    }
+
+    /// The table of the most similar yarn, if there is one whose highlight is of the same kind.
+    fn nearest(&self, key: &Key) -> Option<Arc<Reflectance>> {
+        let distances =
+            self.0.iter().filter_map(|(known, table)| Some((key.distance(known)?, table)));
+        let nearest = distances.min_by(|a, b| a.0.total_cmp(&b.0));
+        nearest.map(|(_, table)| Arc::clone(table))
+    }
+}
+
+impl Key {
+    /// How unlike `other` is, as a sum of relative differences; `None` if it is of another kind.
+    fn distance(&self, other: &Self) -> Option<f64> {
+        let is_alike = (self.is_straight, self.mapping, self.mode)
+            == (other.is_straight, other.mapping, other.mode);
+        let (a, b) = (self.variants.grid.first()?, other.variants.grid.first()?);
+        let is_alike = is_alike && discriminant(&a.highlight) == discriminant(&b.highlight);
+        if !is_alike || discriminant(&a.phase) != discriminant(&b.phase) {
+            return None;
+        }
+        let difference = |a: f64, b: f64| (a - b).abs() / (a.abs() + b.abs()).max(1e-9);
+        let of_parameters = Yarn::parameters()
+            .iter()
+            .filter_map(|parameter| Some(difference(parameter.of(a)?, parameter.of(b)?)));
+        Some(difference(self.ratio_max, other.ratio_max) + of_parameters.sum::<f64>())
+    }
+}
+
+/// Finds tables among those that are known, or works them out.
+pub(crate) struct Tables<'a> {
+    pub(crate) mapping: Mapping,
+    pub(crate) mode: Mode,
+    pub(crate) known: &'a mut Known,
+    /// Whether a similar one is good enough.
+    pub(crate) is_sketch: bool,
+    /// Whether somebody still wants them.
+    pub(crate) goes_on: &'a dyn Fn() -> bool,
+}
+
+impl Tables<'_> {
+    /// The table that bounds those of all `variants` for shapes up to `ratio_max`; `None` if nobody
+    /// wants it any more.
     pub(crate) fn find(
         &mut self,
         variants: &Variants,
         is_straight: bool,
         ratio_max: f64,
-    ) -> Result<Arc<Reflectance>, ScaleError> {
+    ) -> Result<Option<Arc<Reflectance>>, ScaleError> {
+        let (mapping, mode) = (self.mapping, self.mode);
         let neutral = Yarn::default();
-        let key = variants.map(|yarn| Yarn {
+        let variants = variants.map(|yarn| Yarn {
             u_max: if is_straight { 0.0 } else { yarn.u_max },
             psi: yarn.psi,
             kappa: if is_straight { 0.0 } else { yarn.kappa },
@@ -140,20 +209,36 @@ impl Tables {
             noise: Noise { intensity: yarn.noise.intensity, ..neutral.noise },
             ..neutral.clone()
         });
-        let is_same = |known: &&(Variants, bool, f64, Arc<Reflectance>)| {
-            known.0 == key && known.1 == is_straight && known.2 == ratio_max
-        };
-        if let Some((.., table)) = self.known.iter().find(is_same) {
-            return Ok(table.clone());
+        let key = Key { variants, is_straight, ratio_max, mapping, mode };
+        let known = self.known.find(&key);
+        let known = known.or_else(|| self.known.nearest(&key).filter(|_| self.is_sketch));
+        if known.is_some() {
+            return Ok(known);
         }
-        let (mapping, mode) = (self.mapping, self.mode);
+        let Some(table) = self.work_out(&key)? else { return Ok(None) };
+        let table = Arc::new(table);
+        self.known.0.push((key, Arc::clone(&table)));
+        Ok(Some(table))
+    }
+
+    fn work_out(&self, key: &Key) -> Result<Option<Reflectance>, ScaleError> {
+        let &Key { ref variants, is_straight, ratio_max, mapping, mode } = key;
         let subject = |yarn| Subject { yarn, is_straight, mapping, ratio_max };
-        let tables: Result<Vec<_>, _> =
-            key.grid.iter().map(|yarn| Reflectance::new(&subject(yarn), mode)).collect();
-        let mut table = Reflectance::envelope(tables?);
-        let excess = |yarn| table.excess(&subject(yarn), mode);
-        let excess = key.between.iter().map(excess).fold(0.0, f64::max);
-        if !key.between.is_empty() {
+        let new = |yarn| Reflectance::new(&subject(yarn), mode, self.goes_on).transpose();
+        let tables: Result<Vec<_>, _> = variants.grid.iter().map_while(new).collect();
+        let tables = tables?;
+        if tables.len() < variants.grid.len() {
+            return Ok(None);
+        }
+        let mut table = Reflectance::envelope(tables);
+        let mut excess: f64 = 0.0;
+        for yarn in &variants.between {
+            if !(self.goes_on)() {
+                return Ok(None);
+            }
+            excess = excess.max(table.excess(&subject(yarn), mode));
+        }
+        if !variants.between.is_empty() {
             // What was not looked at may be worse.
             let margin = 1.5 * excess + 0.003;
             table.lift(margin);
@@ -163,11 +248,10 @@ impl Tables {
         }
         if mode == Mode::Pointwise {
             // A grain may be that much brighter than the mean.
-            let strength = key.grid.iter().map(|yarn| yarn.noise.intensity).fold(0.0, f64::max);
+            let strength =
+                variants.grid.iter().map(|yarn| yarn.noise.intensity).fold(0.0, f64::max);
             table.scale_divisors(1.0 - strength + strength * MAX_INTENSITY);
         }
-        let table = Arc::new(table);
-        self.known.push((key, is_straight, ratio_max, table.clone()));
-        Ok(table)
+        Ok(Some(table))
     }
 }
