@@ -186,6 +186,12 @@ impl FabricSource {
         &self.draft
     }
 
+    /// The file of the draft, if the fabric in the file `path` names one.
+    pub fn draft_file(&self, path: &Path) -> Option<PathBuf> {
+        let folder = path.parent().map_or_else(PathBuf::new, Path::to_owned);
+        self.draft_path.as_ref().map(|draft| folder.join(draft))
+    }
+
     /// What the draft leaves open.
     pub fn fabric(&self) -> &Fabric {
         &self.fabric
@@ -280,7 +286,8 @@ impl FabricSource {
         self.fabric.unused(&ends, &picks).into_iter().map(line).collect()
     }
 
-    fn no_cloth(&self, source: ClothError) -> FabricError {
+    /// The error of a fabric that makes no cloth.
+    pub fn no_cloth(&self, source: ClothError) -> FabricError {
         FabricError::NoCloth { name: self.name.clone(), source }
     }
 }

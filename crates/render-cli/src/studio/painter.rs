@@ -1,6 +1,7 @@
 //! The thread that draws, one picture at a time.
 
 use std::{
+    mem,
     sync::{Arc, OnceLock, atomic::Ordering},
     time::{Duration, Instant},
 };
@@ -8,7 +9,7 @@ use std::{
 use anyhow::Context;
 use hyper::body::Bytes;
 use rayon::{ThreadPool, ThreadPoolBuilder};
-use selvedge_yarn_brdf::{Cloth, Shader};
+use selvedge_yarn_brdf::{Cloth, Preparer, Shader};
 use serde_json::{Value, json};
 
 use super::{
@@ -41,13 +42,14 @@ pub(super) struct Painter {
     stages: Vec<(Form, Stage)>,
     /// The shader that was prepared last, and of which cloth.
     prepared: Option<(Arc<Cloth>, Arc<Shader>)>,
+    preparer: Preparer,
     /// Samples per second of the last first picture.
     rate: f64,
 }
 
 /// Time that the first picture may take, s, and the greatest and the least number of its pixels.
 const FIRST: f64 = 0.04;
-const MOST_PIXELS: f64 = 160_000.0;
+const MOST_PIXELS: f64 = 130_000.0;
 const FEWEST_PIXELS: f64 = 4_000.0;
 
 /// Samples per second of a machine that is not known.
@@ -68,7 +70,14 @@ impl Painter {
     pub(super) fn new(session: Arc<Session>, threads: usize) -> anyhow::Result<Self> {
         let pool = ThreadPoolBuilder::new().num_threads(threads).build();
         let pool = pool.context("threads: cannot be started")?;
-        Ok(Self { session, pool, stages: Vec::new(), prepared: None, rate: GUESSED_RATE })
+        Ok(Self {
+            session,
+            pool,
+            stages: Vec::new(),
+            prepared: None,
+            preparer: Preparer::default(),
+            rate: GUESSED_RATE,
+        })
     }
 
     /// Draws until the session is closed.
@@ -98,59 +107,101 @@ impl Painter {
     }
 
     fn draw(&mut self, document: &Arc<Document>) -> anyhow::Result<()> {
-        let shader = self.shader(document)?;
-        let scene = self.scene(document, Arc::clone(&shader))?;
-        let seen = OnceLock::new();
-        let shown = Arc::new(Shown { document: Arc::clone(document), scene, shader, seen });
-        self.session.set_shown(Arc::clone(&shown));
-        let size = document.view.size();
-        let mut pixels = (self.rate * FIRST).clamp(FEWEST_PIXELS, MOST_PIXELS);
-        let mut is_first = true;
-        while let Some(small) = smaller(size, pixels) {
-            let seconds = self.draw_small(&shown, small)?;
+        let mut sizes = Sizes { full: document.view.size(), pixels: self.rate * FIRST };
+        let Some(shader) = self.shader(document, &mut sizes)? else { return Ok(()) };
+        let shown = self.put_up(document, shader)?;
+        while let Some(size) = sizes.next() {
+            self.draw_small(&shown, size)?;
             if self.is_interrupted() {
                 return Ok(());
             }
-            if is_first {
-                self.rate = f64::from(small.width() * small.height()) / seconds.max(1e-4);
-            }
-            is_first = false;
-            pixels *= GROWTH;
         }
         self.draw_full(&shown)
+    }
+
+    /// Puts what `document` shows on the screen, in the scene that `selvedge render` or `selvedge swatch`
+    /// draws.
+    fn put_up(
+        &mut self,
+        document: &Arc<Document>,
+        shader: Arc<Shader>,
+    ) -> anyhow::Result<Arc<Shown>> {
+        let view = &document.view;
+        let is_open = shader.has_gaps();
+        let material = Material::Cloth { is_open, shader: Arc::clone(&shader) };
+        let mut scene = match view.kind.form() {
+            None => Scene::swatch(material, &view.swatch())?,
+            Some(form) => self.stage(form)?.scene(material, &view.shot()),
+        };
+        scene.detail = view.detail();
+        let seen = OnceLock::new();
+        let shown = Arc::new(Shown { document: Arc::clone(document), scene, shader, seen });
+        self.session.set_shown(Arc::clone(&shown));
+        Ok(shown)
     }
 
     fn is_interrupted(&self) -> bool {
         self.session.interrupt.load(Ordering::Relaxed)
     }
 
-    /// The shader of the cloth of `document`.
-    fn shader(&mut self, document: &Document) -> anyhow::Result<Arc<Shader>> {
+    /// The shader of the cloth of `document`; `None` if something else is asked for meanwhile.
+    ///
+    /// Where that takes its time, the first pictures are drawn with a sketch of it.
+    fn shader(
+        &mut self,
+        document: &Arc<Document>,
+        sizes: &mut Sizes,
+    ) -> anyhow::Result<Option<Arc<Shader>>> {
         let started = Instant::now();
         let cloth = &document.cloth;
         let known = self.prepared.take().filter(|(known, _)| Arc::ptr_eq(known, cloth));
         let shader = match known {
             Some((_, shader)) => shader,
-            None => Arc::new(self.pool.install(|| document.source.shader(cloth))?),
+            None => {
+                let mut preparer = mem::take(&mut self.preparer);
+                let shader = self.prepare(document, &mut preparer, sizes);
+                self.preparer = preparer;
+                let Some(shader) = shader? else { return Ok(None) };
+                Arc::new(shader)
+            }
         };
         self.prepared = Some((Arc::clone(cloth), Arc::clone(&shader)));
         let mut energy = cloth::energy(cloth, &shader);
         energy["revision"] = document.revision.into();
         energy["seconds"] = started.elapsed().as_secs_f64().into();
         self.session.tell("prepared", &energy);
-        Ok(shader)
+        Ok(Some(shader))
     }
 
-    /// The cloth as its document shows it: the scene that `selvedge render` or `selvedge swatch` draws.
-    fn scene(&mut self, document: &Document, shader: Arc<Shader>) -> anyhow::Result<Scene> {
-        let view = &document.view;
-        let material = Material::Cloth { is_open: shader.has_gaps(), shader };
-        let mut scene = match view.kind.form() {
-            None => Scene::swatch(material, &view.swatch())?,
-            Some(form) => self.stage(form)?.scene(material, &view.shot()),
-        };
-        scene.detail = view.detail();
-        Ok(scene)
+    fn prepare(
+        &mut self,
+        document: &Arc<Document>,
+        preparer: &mut Preparer,
+        sizes: &mut Sizes,
+    ) -> anyhow::Result<Option<Shader>> {
+        let session = Arc::clone(&self.session);
+        let goes_on = || !session.interrupt.load(Ordering::Relaxed);
+        let failed = |source| document.source.no_cloth(source);
+        let sketch = preparer.sketch(&document.cloth, &goes_on).map_err(failed)?;
+        let Some(sketch) = sketch else { return Ok(None) };
+        let shown = self.put_up(document, Arc::new(sketch))?;
+        if let Some(size) = sizes.next() {
+            let seconds = self.draw_small(&shown, size)?;
+            if !self.is_interrupted() {
+                let pixels = f64::from(size.width()) * f64::from(size.height());
+                self.rate = pixels / seconds.max(1e-4);
+            }
+        }
+        let (painter, second) = (&*self, sizes.next());
+        // Preparing takes one thread.
+        let (shader, drawn) = self.pool.install(|| {
+            rayon::join(
+                || preparer.prepare(&document.cloth, &goes_on).map_err(failed),
+                || second.map_or(Ok(0.0), |size| painter.draw_small(&shown, size)),
+            )
+        });
+        drawn?;
+        Ok(shader?)
     }
 
     fn stage(&mut self, form: Form) -> anyhow::Result<&Stage> {
@@ -267,15 +318,27 @@ fn plan(document: &Document, layers: Layers) -> Plan {
     Plan { frame: Frame::whole(view.size()), layers, limits: view.limits(), key: 0 }
 }
 
-/// A size of about so many pixels with the sides of `size`; `None` if it is nearly as large.
-fn smaller(size: Size, pixels: f64) -> Option<Size> {
-    let [width, height] = [size.width(), size.height()].map(f64::from);
-    let factor = (width * height / pixels).sqrt();
-    if factor < 1.5 {
-        return None;
+/// The sizes of the pictures that are drawn before the picture itself.
+#[derive(Clone, Copy, Debug)]
+struct Sizes {
+    full: Size,
+    /// Of the next.
+    pixels: f64,
+}
+
+impl Sizes {
+    /// The next, with the sides of the full one; `None` if it would be nearly as large.
+    fn next(&mut self) -> Option<Size> {
+        let pixels = self.pixels.clamp(FEWEST_PIXELS, MOST_PIXELS);
+        self.pixels = GROWTH * pixels;
+        let [width, height] = [self.full.width(), self.full.height()].map(f64::from);
+        let factor = (width * height / pixels).sqrt();
+        if factor < 1.5 {
+            return None;
+        }
+        let side = |length: f64| (length / factor).round().max(1.0) as u32;
+        Size::new(side(width), side(height)).ok()
     }
-    let side = |length: f64| (length / factor).round().max(1.0) as u32;
-    Size::new(side(width), side(height)).ok()
 }
 
 #[cfg(test)]
@@ -284,9 +347,11 @@ mod tests {
 
     #[test]
     fn small_pictures_have_the_sides_of_the_large_one() {
-        let size = Size::new(640, 480).unwrap();
-        assert_eq!(smaller(size, 19_200.0), Size::new(160, 120).ok());
-        assert_eq!(smaller(size, 200_000.0), None);
-        assert_eq!(smaller(Size::new(4096, 16).unwrap(), 100.0), Size::new(160, 1).ok());
+        let mut sizes = Sizes { full: Size::new(640, 480).unwrap(), pixels: 19_200.0 };
+        assert_eq!(sizes.next(), Size::new(160, 120).ok());
+        assert_eq!(sizes.next(), Size::new(358, 268).ok());
+        assert_eq!(sizes.next(), None);
+        let mut long = Sizes { full: Size::new(4096, 16).unwrap(), pixels: 1.0 };
+        assert_eq!(long.next(), Size::new(1012, 4).ok());
     }
 }
