@@ -57,7 +57,7 @@ pub enum Outcome {
 /// outermost first, make one line: *where: what was found, expected what*.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     match &arguments.command {
-        Command::Render(options) => command::render::run(options),
+        Command::Render(options) => command::render::run_or_watch(options),
         Command::Swatch(options) => command::swatch::run(options),
         Command::Bake(options) => command::bake::run(options),
         Command::Studio(options) => command::studio::run(options).map(|()| Outcome::Done),

@@ -145,6 +145,10 @@ pub struct RenderCommand {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_DEPTH)))]
     pub depth: Option<u32>,
 
+    /// Draws anew whenever the file or that of its draft changes, until Ctrl-C
+    #[arg(long)]
+    pub watch: bool,
+
     /// What a cloth is laid over [default: drape]
     #[arg(long, value_enum)]
     pub form: Option<stage::Form>,

@@ -13,3 +13,4 @@ pub mod render;
 pub mod schema;
 pub mod studio;
 pub mod swatch;
+mod watch;

@@ -29,6 +29,15 @@ use crate::{
     },
 };
 
+/// Renders what `command` names into its output, once or whenever it changes.
+///
+/// # Errors
+///
+/// As for [`run`], but that what is watched is waited for.
+pub fn run_or_watch(command: &RenderCommand) -> anyhow::Result<Outcome> {
+    if command.watch { super::watch::run(command) } else { run(command) }
+}
+
 /// Renders what `command` names into its output.
 ///
 /// Warnings, progress and a summary go to stderr unless it is to be quiet. What was drawn when the
