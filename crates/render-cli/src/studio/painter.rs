@@ -260,6 +260,7 @@ impl Painter {
             interrupt: &self.session.interrupt,
             watch: &|_| {},
             save: Some(Save { every: BETWEEN, save: &save }),
+            study: None,
         };
         let outcome = self.pool.install(|| progressive::expose(&view, &plan, &control));
         match outcome.stopped {

@@ -7,7 +7,8 @@ export function showCrossing(session) {
   const [endInput, pickInput] = [byId("end"), byId("pick")];
   const units = new Map(session.parameters.numbers.map(({ name, unit }) => [name, unit]));
   const facts = (rows) =>
-    h("dl", { class: "small" }, rows.flatMap(([name, value]) => [h("dt", { class: "soft" }, name), h("dd", {}, value)]));
+    h("dl", { class: "small" }, rows.map(([name, value, isWhole]) =>
+      h("div", { class: isWhole ? "whole" : "" }, h("dt", { class: "soft" }, name), h("dd", {}, value))));
 
   session.on("crossing", (detail) => {
     const { crossing, draft, cloth } = session;
@@ -25,15 +26,15 @@ export function showCrossing(session) {
     const yarn = detail?.yarn ?? (onTop ? draft.end_yarns[end - 1] : draft.pick_yarns[pick - 1]);
     const type = cloth.yarns[yarn];
     const rows = [
-      ["Thread", isGap ? "gap between threads" : onTop ? `end ${end} over pick ${pick}` : `pick ${pick} over end ${end}`],
-      ["Segment", segmentText(draft, end, pick, seesWarp)],
+      ["Thread", isGap ? "gap between threads" : onTop ? `end ${end} over pick ${pick}` : `pick ${pick} over end ${end}`, true],
+      ["Segment", segmentText(draft, end, pick, seesWarp), true],
     ];
     if (detail?.length_mm != null) {
-      rows.push(["Length × width", `${short(detail.length_mm, 3)} × ${short(detail.width_mm, 3)} mm`]);
-      rows.push(["u, v", `${short(detail.u, 3)}, ${short(detail.v, 3)} rad`]);
+      rows.push(["Size", `${short(detail.length_mm, 3)} × ${short(detail.width_mm, 3)} mm`, true]);
+      rows.push(["u, v", `${short(detail.u, 3)}, ${short(detail.v, 3)} rad`, true]);
     }
     if (type) {
-      rows.push(["Colour", type.srgb]);
+      rows.push(["colour", type.srgb]);
       for (const [kind, name] of Object.entries(type.kind)) rows.push([words(kind), words(name)]);
       for (const [name, value] of Object.entries(detail?.values ?? type.values)) {
         rows.push([name, `${short(value)} ${units.get(name) ?? ""}`.trim()]);

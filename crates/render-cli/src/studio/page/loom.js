@@ -4,7 +4,7 @@
 import { byId, count } from "./dom.js";
 
 /** Pixels of a crossing that are asked for, and between the parts. */
-const CELL = 11;
+const CELL = 8;
 const LEAST = 3;
 const MOST = 20;
 const GAP = 7;

@@ -66,6 +66,8 @@ async function start() {
   const session = new Session();
   session.parameters = await get("parameters");
   for (const button of document.querySelectorAll("button[aria-controls]")) sheet(button);
+  // On a narrow screen the picture comes first: the draft above it is opened when it is wanted.
+  byId("draft").open = matchMedia("(min-width: 1000px)").matches;
   showStatus(session);
   showPicture(session);
   showDial(session);

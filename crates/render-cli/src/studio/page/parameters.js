@@ -184,6 +184,7 @@ export function showParameters(session) {
     const amount = h("span", { class: "soft small" });
     if (name === "color") {
       well.addEventListener("input", () => write(path, well.value, name));
+      base.wide.append(amount);
     } else {
       // Stored as the product; the well shows the hue at full strength.
       const put = () => {
@@ -211,6 +212,7 @@ export function showParameters(session) {
       const value = current();
       if (!slider) {
         well.value = typeof value === "string" ? value : hex(linear(value));
+        amount.textContent = entry.layer === BASE && mine() == null ? "open: each thread as in the draft" : "";
         return;
       }
       const rgb = linear(value);

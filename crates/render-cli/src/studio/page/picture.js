@@ -63,6 +63,7 @@ export function showPicture(session) {
   // Frames are drawn in their order; one that a newer has overtaken is not fetched.
   let newest = null;
   let isFetching = false;
+  let last = null;
   async function next() {
     if (isFetching || !newest) return;
     isFetching = true;
@@ -94,8 +95,9 @@ export function showPicture(session) {
       spp: shown.spp,
       noise: shown.noise ?? "",
       full: shown.full,
-      done: shown.done,
+      done: shown.done && session.isCurrent(shown.revision),
     });
+    last = shown;
     byId("wait").hidden = true;
     session.emit("shown", shown);
   }
@@ -106,6 +108,13 @@ export function showPicture(session) {
     session.keepsPicture = false;
     newest = shown;
     next();
+  });
+
+  session.on("fabric view", () => {
+    canvas.dataset.done = false;
+  });
+  session.on("refused", () => {
+    canvas.dataset.done = last?.done ?? false;
   });
 
   // What lies over the picture: the ruler, and shade on all but what is pointed at.

@@ -218,6 +218,11 @@ export class Session {
     }
   }
 
+  /** Whether this revision is the last that was asked for. */
+  isCurrent(revision) {
+    return revision === this.#newest.revision && !this.#posting;
+  }
+
   /** Whose this revision is: `{ draw }`, or null if it is none that still counts. */
   #ownerOf(revision) {
     if (revision === this.#newest.revision) return this.#newest;

@@ -27,11 +27,9 @@ function slider({ label, unit, low, high, default: preset, scale }, set, name) {
     oninput: () => set(map.toValue(Number(range.value))),
   });
   const row = h("div", { class: "parameter", dataset: { name } },
-    h("span"),
     h("span", { class: "label", id: labelId }, label),
     h("span", { class: "value" }, number, h("span", { class: "unit", id: unitId },
       unit || h("span", { class: "hidden-text" }, "no unit"))),
-    h("span"),
     h("div", { class: "wide" }, range));
   const show = (value) => {
     if (document.activeElement !== number) number.value = short(value, 5);
@@ -112,7 +110,7 @@ function showCloth(session) {
       const select = h("select", { "aria-labelledby": `cloth-${name}-label`, onchange: () => put(select.value) },
         options.map((each) => h("option", { value: each }, words(each))));
       const row = h("div", { class: "parameter", dataset: { name } },
-        h("span"), h("span", { class: "label", id: `cloth-${name}-label` }, text), h("span", { class: "value" }, select));
+        h("span", { class: "label", id: `cloth-${name}-label` }, text), h("span", { class: "value" }, select));
       return { row, show: () => { select.value = session.fabric[name] ?? preset; } };
     }
     const isWhole = name === "seed";
