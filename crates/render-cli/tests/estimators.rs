@@ -2,6 +2,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a test stops at what it does not expect")]
 
+use std::sync::Arc;
+
 use glam::{DVec3, Vec2, Vec3};
 use selvedge_cli::{
     fabric,
@@ -46,7 +48,7 @@ fn scene(material: Material) -> Scene {
         }),
         Light::Constant(Constant { radiance: Vec3::splat(0.2) }),
     ];
-    let surfaces = vec![Surface { mesh: mesh.unwrap(), material }];
+    let surfaces = vec![Surface { mesh: Arc::new(mesh.unwrap()), material }];
     Scene::new(surfaces, camera, lights, 4).unwrap()
 }
 
@@ -72,7 +74,7 @@ fn mean(scene: &Scene) -> (DVec3, DVec3) {
 #[test]
 fn white_ball_in_a_white_sky_is_white() {
     let mesh = Shape::Sphere { radius: 0.02 }.mesh().unwrap();
-    let surfaces = vec![Surface { mesh, material: Material::Matte(Vec3::ONE) }];
+    let surfaces = vec![Surface { mesh: Arc::new(mesh), material: Material::Matte(Vec3::ONE) }];
     let camera = CameraPlacement {
         position: Vec3::new(0.0, -0.1, 0.1),
         target: Vec3::ZERO,
