@@ -80,6 +80,7 @@ mod cloth;
 mod color;
 mod density;
 mod draw;
+mod explain;
 mod fabric;
 mod far;
 mod filament;
@@ -122,6 +123,7 @@ pub use cloth::{
 };
 #[cfg(feature = "serde")]
 pub use color::Color;
+pub use explain::{Explanation, Factor, FibrePoint};
 pub use fabric::{Fabric, Override};
 pub use far::Footprint;
 pub use glam;

@@ -268,28 +268,31 @@ impl Shader {
     /// The piece of yarn that `side` shows at `uv` (m); `None` in a gap.
     #[must_use]
     pub fn yarn_on(&self, side: Side, uv: DVec2) -> Option<YarnPoint> {
-        self.with_place(&self.materials.double, uv, side, |place| {
-            let Segment { is_warp, x, y, .. } = place.segment;
-            let optics = &place.piece.optics;
-            let (sin_u, cos_u, _) = optics.along(y);
-            let (sin_v, cos_v, _) = optics.across(x);
-            let to_shading = |w: Vector<f64>| {
-                let w = from_yarn(w, is_warp);
-                let w = self.frame.turned_back(match side {
-                    Side::Face => w,
-                    Side::Back => w.turned_over(),
-                });
-                DVec3::new(w.x, w.y, w.z)
-            };
-            YarnPoint {
-                segment: place.segment,
-                yarn: place.yarn as u16,
-                u: optics.u_of_y(y),
-                v: optics.v_of_x(x),
-                normal: to_shading(normal(sin_u, cos_u, sin_v, cos_v)),
-                tangent: to_shading(optics.tangent(sin_u, cos_u, sin_v, cos_v)),
-            }
-        })
+        self.with_place(&self.materials.double, uv, side, |place| self.yarn_point(side, place))
+    }
+
+    /// What `place` on `side` is of the yarn.
+    pub(crate) fn yarn_point(&self, side: Side, place: &Place<'_, f64>) -> YarnPoint {
+        let Segment { is_warp, x, y, .. } = place.segment;
+        let optics = &place.piece.optics;
+        let (sin_u, cos_u, _) = optics.along(y);
+        let (sin_v, cos_v, _) = optics.across(x);
+        let to_shading = |w: Vector<f64>| {
+            let w = from_yarn(w, is_warp);
+            let w = self.frame.turned_back(match side {
+                Side::Face => w,
+                Side::Back => w.turned_over(),
+            });
+            DVec3::new(w.x, w.y, w.z)
+        };
+        YarnPoint {
+            segment: place.segment,
+            yarn: place.yarn as u16,
+            u: optics.u_of_y(y),
+            v: optics.v_of_x(x),
+            normal: to_shading(normal(sin_u, cos_u, sin_v, cos_v)),
+            tangent: to_shading(optics.tangent(sin_u, cos_u, sin_v, cos_v)),
+        }
     }
 
     /// The end and the pick, from 0 within the repeat, that cross at `uv` (m); `None` where that is not
