@@ -6,7 +6,8 @@
 //!         scene::drape, scene::swatch, scene::light ────┴▶ Scene ──render──▶ Film ──image──▶ PNG, EXR
 //! ```
 //!
-//! [`command::draft`] looks at drafts alone, without cloth, and [`command::image`] at pictures.
+//! [`command::draft`] looks at drafts alone, without cloth, and [`command::image`] at pictures. What
+//! [`command::measure`] finds becomes a [`report::Report`].
 //!
 //! World space is in metres, right-handed, z up. Cloth coordinates are lengths in metres, u along
 //! the weft and v along the warp. Radiance is linear, with the primaries of sRGB, in units in which
@@ -63,6 +64,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         Command::Studio(options) => command::studio::run(options).map(|()| Outcome::Done),
         Command::Presets => command::presets::run().map(|()| Outcome::Done),
         Command::Plan(options) => command::plan::run(options).map(|()| Outcome::Done),
+        Command::Eval(options) => command::eval::run(options).map(|()| Outcome::Done),
         Command::Measure(command) => command::measure::run(command),
         Command::Schema(options) => command::schema::run(*options).map(|()| Outcome::Done),
         Command::Draft(command) => command::draft::run(command),

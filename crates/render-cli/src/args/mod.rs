@@ -3,6 +3,7 @@
 mod bake;
 mod draft;
 mod effort;
+mod eval;
 mod image;
 mod measure;
 mod studio;
@@ -22,6 +23,7 @@ pub use self::{
         RewriteOptions,
     },
     effort::{Effort, ProgressForm},
+    eval::{Angles, EvalOptions, ParameterSetting, Place},
     image::{DiffOptions, ImageCommand, PictureConvertOptions, PictureInfoOptions, Target},
     measure::{MeasureCommand, MeasureOptions},
     studio::StudioOptions,
@@ -102,6 +104,17 @@ pub enum Command {
     /// And its memory, and how long a point takes on this machine, one after the other and many at a
     /// time.
     Plan(PlanOptions),
+
+    /// Tells what a cloth reflects at one place from one direction to another, and every factor of it
+    ///
+    /// In f64 the piece of yarn, where on it the highlight comes from, and the factors of highlight and
+    /// diffuse; and the value in f32, of a batch and from afar, its density and the opacity. The lines
+    /// that selvedge measure stability calls the worst inputs are arguments for it.
+    ///
+    /// With --json one object: place, side, yarn, segment, fibre (or null), highlight, phase, diffuse,
+    /// colors, f (f64, f32, batch, far), lobes, pdf, far_pdf, albedo, opacity. In a gap, or with
+    /// directions on two sides, side is null. Keys are only ever added.
+    Eval(EvalOptions),
 
     /// Measures how right cloths are shaded, and reports it
     ///

@@ -3,6 +3,7 @@
 pub mod bake;
 pub mod draft;
 mod error_log;
+pub mod eval;
 mod exposing;
 pub mod image;
 pub mod measure;
