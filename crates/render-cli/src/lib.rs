@@ -17,6 +17,7 @@
 
 pub mod args;
 pub mod bake;
+mod chi_square;
 pub mod command;
 pub mod draft;
 pub mod fabric;

@@ -12,12 +12,33 @@ pub enum MeasureCommand {
     /// Traces yarns of 8 to 1024 twisted filaments and sets them beside the piece of yarn that the
     /// shader shows, for nine pairs of twist and inclination and for the yarns of each cloth.
     Filaments(MeasureOptions),
+    /// How much of the light from all around is reflected, by cloth, yarn and kind of segment
+    ///
+    /// White yarns and the cloth's own, over the angle of the viewer: single points, batches and the far
+    /// field. Nothing may reflect more than it receives.
+    Furnace(MeasureOptions),
 
     /// Whether swapping light and viewer changes what is reflected
     ///
     /// Compares f(wi, wo) with f(wo, wi) of random pairs of directions: of the reference in f64, of
     /// single points, of batches and of the far field.
     Reciprocity(MeasureOptions),
+
+    /// Whether directions are drawn with the density that is told of them
+    ///
+    /// Pearson's χ² of many places and viewers, of single points, of batches and of the far field; and
+    /// a white furnace that is summed in three ways as red, green and blue, and must be white.
+    Chi2(MeasureOptions),
+
+    /// What becomes of a cloth at the limits of its parameters, directions and scale
+    ///
+    /// Counts values that are no number, infinite, negative or too bright, and tells the errors of f in
+    /// f32, of single points and of batches with all instructions, against f64. The worst inputs are named
+    /// as arguments of selvedge eval.
+    Stability(MeasureOptions),
+
+    /// Slices through the BRDF as a goniophotometer sees them, and the albedo over the angle
+    Gonio(MeasureOptions),
 }
 
 /// Arguments of all that measures.
@@ -46,6 +67,23 @@ pub struct MeasureOptions {
     /// No progress; errors are still told
     #[arg(short, long)]
     pub quiet: bool,
+
+    /// Breaks the shader on purpose
+    #[cfg(any(test, feature = "faults"))]
+    #[arg(long, value_enum, hide = true)]
+    pub fault: Option<Fault>,
+}
+
+/// What may be wrong with a shader that is broken on purpose.
+#[cfg(any(test, feature = "faults"))]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Fault {
+    /// The phase function integrates to 2
+    Phase,
+    /// The density is told twice as high as it is
+    Pdf,
+    /// f is no number at grazing directions
+    Grazing,
 }
 
 impl MeasureOptions {

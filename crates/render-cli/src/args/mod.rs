@@ -16,6 +16,8 @@ use clap::{
 };
 use thiserror::Error;
 
+#[cfg(any(test, feature = "faults"))]
+pub use self::measure::Fault;
 pub use self::{
     bake::{BakeOptions, MapFormat, MapSize, Repeats},
     draft::{

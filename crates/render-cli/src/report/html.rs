@@ -16,8 +16,8 @@ pub(super) fn page(report: &Report) -> String {
         let missed = report.checks.iter().filter(|check| !check.is_kept()).count();
         let of = report.checks.len();
         let verdict = match missed {
-            0 => format!("<p class=\"kept\">All {of} checks are kept.</p>\n"),
-            _ => format!("<p class=\"missed\">{missed} of {of} checks are missed.</p>\n"),
+            0 => "<p class=\"kept\">All checks are kept.</p>\n".to_owned(),
+            _ => format!("<p class=\"missed\">Missed: {missed} of {of} checks.</p>\n"),
         };
         body.push_str(&verdict);
         body.push_str(&table(&Check::table(&report.checks)));
@@ -33,6 +33,11 @@ pub(super) fn page(report: &Report) -> String {
                     escaped(own.name())
                 ));
             }
+            Block::Data(what, own) => body.push_str(&format!(
+                "<p>{}: <code>{}.csv</code></p>\n",
+                prose(what),
+                escaped(own.name())
+            )),
             Block::Plots(plots) => {
                 let figures = plots.iter().map(|plot| {
                     let title = escaped(plot.title());
@@ -62,9 +67,15 @@ fn row(body: &mut String, figures: impl Iterator<Item = String>) {
     body.push_str("</div>\n");
 }
 
+/// Pixels across which a picture is shown at least, as far as whole pixels allow.
+const SMALL: u32 = 200;
+
 fn picture(figure: &Figure) -> String {
-    let Figure { caption, size: [width, height], png, .. } = figure;
+    let Figure { caption, size, png, .. } = figure;
     let caption = escaped(caption);
+    // Small ones are shown larger, each pixel as a square.
+    let scale = (SMALL / size[0].max(1)).max(1);
+    let [width, height] = size.map(|side| scale * side);
     format!(
         "<figure><img width=\"{width}\" height=\"{height}\" alt=\"{caption}\" \
          src=\"data:image/png;base64,{}\">\n<figcaption>{caption}</figcaption></figure>\n",
@@ -164,7 +175,7 @@ mod tests {
         report.check(Check::new("share", 0.5, Limit::AtMost(0.1)));
         let page = page(&report);
         for part in
-            ["a &lt; b", "<code>x</code> &amp; y", "1 of 1 checks are missed", "<svg", "image/png"]
+            ["a &lt; b", "<code>x</code> &amp; y", "Missed: 1 of 1 checks", "<svg", "image/png"]
         {
             assert!(page.contains(part), "found no {part}: {page}");
         }

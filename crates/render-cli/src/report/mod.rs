@@ -80,6 +80,8 @@ enum Block {
     Heading(String),
     Paragraph(String),
     Table(Table),
+    /// A table of which the page only says what it is.
+    Data(String, Table),
     Plots(Vec<Plot>),
     Pictures(Vec<Figure>),
 }
@@ -148,6 +150,11 @@ impl Report {
         self.blocks.push(Block::Table(table));
     }
 
+    /// Adds a table that is too long for the page, which only names its file; `what` says what is in it.
+    pub fn data(&mut self, what: &str, table: Table) {
+        self.blocks.push(Block::Data(what.to_owned(), table));
+    }
+
     /// Adds a plot.
     pub fn plot(&mut self, plot: Plot) {
         self.plots(vec![plot]);
@@ -193,6 +200,9 @@ impl Report {
                 Block::Table(table) => {
                     files.push((format!("{}.csv", table.name()), table.to_csv().into_bytes()));
                     tables.insert(table.name().to_owned(), table.to_json());
+                }
+                Block::Data(_, table) => {
+                    files.push((format!("{}.csv", table.name()), table.to_csv().into_bytes()));
                 }
                 Block::Plots(plots) => {
                     for plot in plots {

@@ -1,8 +1,6 @@
 //! What is rendered: meshes, their materials, lights and a camera.
 
 pub mod build;
-#[cfg(test)]
-mod chi_square;
 pub mod drape;
 pub mod file;
 pub mod light;

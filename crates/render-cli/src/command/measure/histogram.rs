@@ -2,9 +2,13 @@
 
 use crate::report::Series;
 
-/// Half decades, from 10⁻¹⁸ on; what is below is counted with the first.
-const BINS: usize = 40;
+/// Tenths of decades, from 10⁻¹⁸ on; what is below is counted with the first.
+const BINS: usize = 200;
+const PER_DECADE: f64 = 10.0;
 const LEAST: f64 = -18.0;
+
+/// As many of them are one step of a plot.
+const STEP: usize = 5;
 
 /// Relative differences of values.
 #[derive(Clone, Debug)]
@@ -26,7 +30,7 @@ impl<T> Differences<T> {
     /// Takes in one, which belongs to `what`; NaN counts as infinite.
     pub(super) fn add(&mut self, difference: f64, what: T) {
         let difference = if difference.is_nan() { f64::INFINITY } else { difference };
-        let bin = (2.0 * (difference.log10() - LEAST)).clamp(0.0, (BINS - 1) as f64);
+        let bin = (PER_DECADE * (difference.log10() - LEAST)).clamp(0.0, (BINS - 1) as f64);
         self.bins[bin as usize] += 1;
         self.count += 1;
         if self.worst.as_ref().is_none_or(|(greatest, _)| difference > *greatest) {
@@ -51,14 +55,15 @@ impl<T> Differences<T> {
         self.worst.as_ref().map_or(0.0, |(greatest, _)| *greatest)
     }
 
-    /// The upper end of the half decade that the share `part` of the differences does not exceed.
+    /// The upper end of the tenth of a decade that the share `part` of the differences does not exceed; 0 for the
+    /// first.
     pub(super) fn quantile(&self, part: f64) -> f64 {
         let wanted = (part * self.count as f64).ceil() as u64;
         let mut seen = 0;
         for (bin, count) in self.bins.iter().enumerate() {
             seen += count;
             if seen >= wanted {
-                return edge(bin + 1).min(self.greatest());
+                return if bin == 0 { 0.0 } else { edge(bin + 1).min(self.greatest()) };
             }
         }
         self.greatest()
@@ -66,15 +71,15 @@ impl<T> Differences<T> {
 
     /// The share of differences in each half decade.
     pub(super) fn series(&self, name: &str) -> Series {
-        let edges: Vec<f64> = (0..=BINS).map(edge).collect();
-        let shares: Vec<f64> =
-            self.bins.iter().map(|&count| count as f64 / self.count.max(1) as f64).collect();
+        let edges: Vec<f64> = (0..=BINS).step_by(STEP).map(edge).collect();
+        let share = |bins: &[u64]| bins.iter().sum::<u64>() as f64 / self.count.max(1) as f64;
+        let shares: Vec<f64> = self.bins.chunks(STEP).map(share).collect();
         Series::steps(name, &edges, &shares)
     }
 }
 
 fn edge(bin: usize) -> f64 {
-    10f64.powf(LEAST + 0.5 * bin as f64)
+    10f64.powf(LEAST + bin as f64 / PER_DECADE)
 }
 
 #[cfg(test)]
@@ -91,7 +96,7 @@ mod tests {
         others.add(f64::NAN, 0);
         assert_eq!(differences.worst, Some((1e-3, 1000)));
         let [median, all] = [0.5, 1.0].map(|part| differences.quantile(part));
-        assert!((5e-4..=1e-3).contains(&median) && all == 1e-3, "{median} {all}");
+        assert!((5e-4..=6.4e-4).contains(&median) && all == 1e-3, "{median} {all}");
         let all = differences.merged(others);
         assert_eq!((all.count, all.greatest()), (1001, f64::INFINITY));
     }

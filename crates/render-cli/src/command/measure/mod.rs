@@ -4,17 +4,27 @@
 //! common is here.
 
 mod filaments;
+mod albedo;
+mod chi2;
+#[cfg(any(test, feature = "faults"))]
+mod faulty;
+mod furnace;
+mod gonio;
 mod histogram;
+mod map;
 mod random;
 mod reciprocity;
+mod stability;
 mod surface;
+mod three_way;
 mod tuple;
 
 use std::{collections::BTreeSet, path::Path};
 
 use anyhow::Context;
 use rayon::ThreadPoolBuilder;
-use selvedge_yarn_brdf::Cloth;
+use selvedge_yarn_brdf::{Cloth, Target};
+use serde_json::json;
 
 use self::surface::Surface;
 use crate::{
@@ -34,7 +44,11 @@ use crate::{
 pub fn run(command: &MeasureCommand) -> anyhow::Result<Outcome> {
     match command {
         MeasureCommand::Filaments(options) => measure(options, filaments::measure),
+        MeasureCommand::Furnace(options) => measure(options, furnace::measure),
         MeasureCommand::Reciprocity(options) => measure(options, reciprocity::measure),
+        MeasureCommand::Chi2(options) => measure(options, chi2::measure),
+        MeasureCommand::Stability(options) => measure(options, stability::measure),
+        MeasureCommand::Gonio(options) => measure(options, gonio::measure),
     }
 }
 
@@ -46,6 +60,27 @@ struct Subject {
     name: String,
     cloth: Cloth,
     surface: Box<dyn Surface>,
+}
+
+impl Subject {
+    /// What is measured of another cloth that was made of this one.
+    fn prepare(&self, options: &MeasureOptions, cloth: &Cloth) -> anyhow::Result<Box<dyn Surface>> {
+        let shader = cloth.prepare().with_context(|| self.input.clone())?;
+        Ok(surface::surface(options, shader))
+    }
+}
+
+/// `cloth` with yarns that take no light away: white ones, and highlights of one colour that are as bright as
+/// their brightest component.
+fn whitened(cloth: &Cloth) -> Cloth {
+    let mut white = cloth.clone();
+    white.textures.retain(|textured| matches!(textured.target, Target::Parameter(_)));
+    for yarn in &mut white.yarns {
+        let amount = yarn.specular.into_iter().chain(yarn.specular_uniform.into_iter().flatten());
+        let amount = amount.fold(0.0, f32::max);
+        (yarn.color, yarn.specular, yarn.specular_uniform) = ([1.0; 3], [amount; 3], None);
+    }
+    white
 }
 
 /// What to report, and what to print.
@@ -64,10 +99,15 @@ fn measure(
         .num_threads(options.threads.map_or(0, usize::from))
         .build()
         .context("threads: cannot be started")?;
-    let Findings { report, summary } = pool.install(|| -> anyhow::Result<_> {
+    let (findings, names) = pool.install(|| -> anyhow::Result<_> {
         let subjects = subjects(options)?;
-        work(options, &subjects)
+        let names = subjects.iter().map(|subject| subject.input.clone()).collect::<Vec<_>>();
+        Ok((work(options, &subjects)?, names))
     })?;
+    let Findings { mut report, summary } = findings;
+    report.fact("cloths", json!(names));
+    report.fact("budget", json!(options.budget));
+    report.fact("seed", json!(options.seed));
     report.finish(&folder, &summary)
 }
 

@@ -1,7 +1,9 @@
-//! Random numbers, and places and directions that can be named again.
+//! Random numbers, and random places and directions.
 
-use glam::{DVec2, DVec3, Vec3};
+use glam::DVec2;
 use selvedge_yarn_brdf::Cloth;
+
+use crate::args::Angles;
 
 /// Random numbers from a seed, the same on every platform (Steele, Lea & Flood 2014, SplitMix).
 #[derive(Clone, Debug)]
@@ -26,6 +28,11 @@ impl Random {
         (self.next() >> 11) as f64 / (1u64 << 53) as f64
     }
 
+    /// Three numbers in [0, 1).
+    pub(super) fn xi(&mut self) -> [f32; 3] {
+        [(); 3].map(|()| (self.next() >> 40) as f32 / (1u32 << 24) as f32)
+    }
+
     /// A number in [`low`, `high`).
     pub(super) fn between(&mut self, low: f64, high: f64) -> f64 {
         low + self.number() * (high - low)
@@ -40,28 +47,5 @@ impl Random {
     pub(super) fn direction(&mut self) -> Angles {
         let z = 1.0 - self.number();
         Angles { theta_deg: z.acos().to_degrees(), phi_deg: self.between(0.0, 360.0) }
-    }
-}
-
-/// A direction as it is named on the command line, so that it can be named again to the last bit.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Angles {
-    /// From the normal, above 90° on the back.
-    pub(crate) theta_deg: f64,
-    /// From the weft towards the warp.
-    pub(crate) phi_deg: f64,
-}
-
-impl Angles {
-    /// The unit vector, in the shading frame.
-    pub(crate) fn direction(self) -> DVec3 {
-        let (sin, cos) = self.theta_deg.to_radians().sin_cos();
-        let (y, x) = self.phi_deg.to_radians().sin_cos();
-        DVec3::new(sin * x, sin * y, cos)
-    }
-
-    /// The same in single precision.
-    pub(crate) fn single(self) -> Vec3 {
-        self.direction().as_vec3()
     }
 }

@@ -5,10 +5,8 @@ use std::fmt;
 use glam::{DVec2, Vec3};
 use selvedge_yarn_brdf::{Batch, Cloth};
 
-use super::{
-    random::{Angles, Random},
-    surface::Surface,
-};
+use super::{random::Random, surface::Surface};
+use crate::args::Angles;
 
 /// A place, and the directions to the light and to the viewer.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,7 +38,7 @@ impl Tuple {
         let spread = 30.0 * random.number().powi(4);
         let mut near = |turn: f64| Angles {
             theta_deg: (wo.theta_deg + random.between(-spread, spread)).clamp(0.0, 89.9),
-            phi_deg: wo.phi_deg + turn + random.between(-spread, spread),
+            phi_deg: (wo.phi_deg + turn + random.between(-spread, spread)).rem_euclid(360.0),
         };
         match (near(180.0), near(0.0)) {
             (mirrored, _) if spread < 1.0 => wi = mirrored,

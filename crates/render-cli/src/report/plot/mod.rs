@@ -154,7 +154,10 @@ impl Plot {
         };
         let Drawing { width, height, body } = drawing;
         let legend = self.legend(width);
-        let full = if legend.is_empty() { width } else { width + LEGEND };
+        // Sans-serif letters of this size are about so wide.
+        let letters = self.series.iter().map(|series| series.name.chars().count()).max();
+        let names = 48 + 7 * letters.unwrap_or(0) as u32;
+        let full = if legend.is_empty() { width } else { width + names };
         format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {full} {height}\" \
              width=\"{full}\" height=\"{height}\" role=\"img\" font-family=\"sans-serif\" \
@@ -185,9 +188,6 @@ impl Plot {
         text
     }
 }
-
-/// Width of the legend.
-const LEGEND: u32 = 190;
 
 /// What is drawn of a plot, without its legend.
 struct Drawing {

@@ -1,9 +1,9 @@
 use std::f32::consts::{FRAC_PI_2, PI};
 
 use super::*;
-use crate::scene::{
+use crate::{
     chi_square::{Cap, Random},
-    drape::RectangleLight,
+    scene::drape::RectangleLight,
 };
 
 fn quad(centre: Vec3, half_u: Vec3, half_v: Vec3) -> Light {
@@ -68,7 +68,8 @@ fn directions_follow_their_density() {
         let pilot: Vec<_> = (0..4000).map(|_| direction(light, &mut random).unwrap()).collect();
         let cap = Cap::around(&pilot, 1.0);
         let density = |w| light.ahead(Vec3::ZERO, w).map_or(0.0, |ahead| ahead.density);
-        let fit = cap.fit(&mut random, |random| direction(light, random), density);
+        let densities = |all: &[Vec3]| all.iter().copied().map(density).collect();
+        let fit = cap.fit(&mut random, |random| direction(light, random), densities);
         assert!(fit.p_value > level, "{light:?}: {fit:?}, expected p above {level:.1e}");
         let tolerance = 1e-5 + 4.0 * fit.error;
         assert!(fit.error < 2e-3 && fit.share == 1.0, "{light:?}: {fit:?}");

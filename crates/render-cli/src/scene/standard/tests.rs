@@ -4,9 +4,9 @@ use image::{DynamicImage, ImageBuffer, Rgb};
 use rayon::prelude::*;
 
 use super::*;
-use crate::scene::{
+use crate::{
     chi_square::{Cap, DRAWS, Random},
-    texture::Encoding,
+    scene::texture::Encoding,
 };
 
 /// Constant parameters.
@@ -180,7 +180,8 @@ fn directions_follow_their_density() {
         // Of a place seen from behind its normal, none is above the surface.
         caps.extend((pilot.len() > 1000).then(|| Cap::around(&pilot, 0.9)));
         for cap in caps {
-            let fit = cap.fit(&mut random, draw, |wi| point.pdf(wi, wo));
+            let densities = |all: &[Vec3]| all.iter().map(|wi| point.pdf(*wi, wo)).collect();
+            let fit = cap.fit(&mut random, draw, densities);
             let told = format!("{case:?} from {wo}, {cap:?}: {fit:?}");
             assert!(fit.p_value > level, "{told}, expected p above {level:.1e}");
             assert!(fit.integral < 1.0 + 1e-4 + 4.0 * fit.error && fit.error < 2e-2, "{told}");

@@ -5,11 +5,11 @@ use selvedge_normalize::warp::{disk_to_square, square_to_disk};
 
 /// Random numbers from a seed (Steele, Lea & Flood 2014, SplitMix).
 #[derive(Clone, Debug)]
-pub(super) struct Random(pub(super) u64);
+pub(crate) struct Random(pub(crate) u64);
 
 impl Random {
     /// A number in [0, 1) of 24 bits.
-    pub(super) fn number(&mut self) -> f32 {
+    pub(crate) fn number(&mut self) -> f32 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
@@ -17,44 +17,53 @@ impl Random {
     }
 
     /// A point of [0, 1)².
-    pub(super) fn square(&mut self) -> Vec2 {
+    pub(crate) fn square(&mut self) -> Vec2 {
         Vec2::new(self.number(), self.number())
     }
 }
 
 /// The directions that are tested: those around an axis, up to a height 1 − cos.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Cap {
+pub(crate) struct Cap {
     axis: DVec3,
     height: f64,
 }
 
 /// How well draws and density agree.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Fit {
+#[derive(Clone, Debug)]
+pub(crate) struct Fit {
     /// Chance of counts as far from the density as these.
-    pub(super) p_value: f64,
+    pub(crate) p_value: f64,
     /// Of the density over the cap.
-    pub(super) integral: f64,
+    pub(crate) integral: f64,
     /// Standard error of the integral.
-    pub(super) error: f64,
+    pub(crate) error: f64,
     /// Share of draws in the cap.
-    pub(super) share: f64,
+    pub(crate) share: f64,
+    /// Shares of the draws in each cell of the cap, row after row: found, and expected by the density.
+    pub(crate) cells: Vec<[f64; 2]>,
 }
 
-/// Cells along each side of the square that the cap is mapped to, and points along each side of a
-/// cell at which the density is evaluated.
-const CELLS: usize = 16;
+/// Cells along each side of the square that the cap is mapped to.
+pub(crate) const CELLS: usize = 16;
+/// Points along each side of a cell at which the density is evaluated.
 const POINTS: usize = 32;
 
 /// Draws of each test.
-pub(super) const DRAWS: usize = 100_000;
+pub(crate) const DRAWS: usize = 100_000;
 
 impl Cap {
-    pub(super) const SPHERE: Self = Self { axis: DVec3::Z, height: 2.0 };
+    #[cfg(test)]
+    pub(crate) const SPHERE: Self = Self { axis: DVec3::Z, height: 2.0 };
+
+    /// The hemisphere about `axis`, unit.
+    pub(crate) fn hemisphere(axis: DVec3) -> Self {
+        Self { axis, height: 1.0 }
+    }
 
     /// Around the middle of directions, so wide that a `share` of them is inside.
-    pub(super) fn around(directions: &[Vec3], share: f64) -> Self {
+    #[cfg(test)]
+    pub(crate) fn around(directions: &[Vec3], share: f64) -> Self {
         let sum: Vec3 = directions.iter().sum();
         let axis = sum.as_dvec3().normalize_or(DVec3::Z);
         let mut cap = Self { axis, height: 0.0 };
@@ -87,12 +96,13 @@ impl Cap {
         (radius <= 1.0).then_some(index.y * CELLS + index.x)
     }
 
-    /// How [`DRAWS`] draws, of which some may give nothing, fit the density in sr⁻¹.
-    pub(super) fn fit(
+    /// How [`DRAWS`] draws, of which some may give nothing, fit the density in sr⁻¹, which is asked for
+    /// many directions at a time.
+    pub(crate) fn fit(
         &self,
         random: &mut Random,
         mut draw: impl FnMut(&mut Random) -> Option<Vec3>,
-        density: impl Fn(Vec3) -> f32,
+        density: impl Fn(&[Vec3]) -> Vec<f32>,
     ) -> Fit {
         let mut found = [0.0; CELLS * CELLS];
         for _ in 0..DRAWS {
@@ -106,12 +116,14 @@ impl Cap {
         let integral: f64 = expected.iter().map(|part| part.0).sum();
         let share = found.iter().sum::<f64>() / draws;
         let variance: f64 = expected.iter().map(|part| part.1).sum();
+        let cells = found.iter().zip(&expected).map(|(found, part)| [found / draws, part.0]);
+        let cells = cells.collect();
         let outside = (draws * (1.0 - share), ((1.0 - integral).max(0.0), variance));
         let counts = found.into_iter().zip(expected).chain([outside]).map(|(found, expected)| {
             let (share, variance) = expected;
             Count { found, expected: draws * share, variance: draws * (share + draws * variance) }
         });
-        Fit { p_value: p_value(counts), integral, error: variance.sqrt(), share }
+        Fit { p_value: p_value(counts), integral, error: variance.sqrt(), share, cells }
     }
 
     /// Of the density over a cell, and the variance of that estimate: one point in each part of the
@@ -120,15 +132,17 @@ impl Cap {
         &self,
         cell: usize,
         random: &mut Random,
-        density: impl Fn(Vec3) -> f32,
+        density: impl Fn(&[Vec3]) -> Vec<f32>,
     ) -> (f64, f64) {
         let place = |index, side| DVec2::new((index % side) as f64, (index / side) as f64);
         let part = std::f64::consts::TAU * self.height / (CELLS * POINTS).pow(2) as f64;
         let (mut sum, mut variance, mut last) = (0.0, 0.0, 0.0);
-        for point in 0..POINTS * POINTS {
+        let directions = (0..POINTS * POINTS).map(|point| {
             let within = (place(point, POINTS) + random.square().as_dvec2()) / POINTS as f64;
-            let square = (place(cell, CELLS) + within) / CELLS as f64;
-            let share = part * f64::from(density(self.direction(square)));
+            self.direction((place(cell, CELLS) + within) / CELLS as f64)
+        });
+        for (point, density) in density(&directions.collect::<Vec<_>>()).into_iter().enumerate() {
+            let share = part * f64::from(density);
             sum += share;
             if point % 2 == 1 {
                 // Of points at random the square of a difference is the variance of a sum.
@@ -173,7 +187,10 @@ fn p_value(counts: impl Iterator<Item = Count>) -> f64 {
 fn test_tells_a_density_from_one_that_is_slightly_off() {
     let mut random = Random(1);
     let uniform = |random: &mut Random| Some(Cap::SPHERE.direction(random.square().as_dvec2()));
-    let density = |slope: f32| move |w: Vec3| (1.0 + slope * w.x) / (4.0 * std::f32::consts::PI);
+    let density = |slope: f32| {
+        let at = move |w: &Vec3| (1.0 + slope * w.x) / (4.0 * std::f32::consts::PI);
+        move |w: &[Vec3]| w.iter().map(at).collect()
+    };
     let fit = Cap::SPHERE.fit(&mut random, uniform, density(0.0));
     assert!(fit.p_value > 0.01 && (fit.integral - 1.0).abs() < 1e-6, "{fit:?}");
     let fit = Cap::SPHERE.fit(&mut random, uniform, density(0.1));
