@@ -115,7 +115,7 @@ fn full_scene() -> Value {
             "b": {"diffuse": {"reflectance": [0.1, 0.2, 0.3]}},
             "c": {"standard": {
                 "base_color": "#ff8040", "normal": "n.png", "roughness": 0.5, "specular": [0, 0.5, 1],
-                "anisotropy": 0.5, "size": [2, 3]
+                "anisotropy": 0.5, "anisotropy_map": "a.png", "size": [2, 3]
             }}
         },
         "groups": {"g": [{"shape": {"sheet": {}}, "material": "a"}]},

@@ -13,7 +13,7 @@ pub struct BakeOptions {
     #[arg(value_name = "CLOTH")]
     pub input: PathBuf,
 
-    /// The folder of the maps and materials, which is made; one that exists must be empty
+    /// The folder for the maps and materials
     #[arg(short, long, value_name = "FOLDER")]
     pub output: PathBuf,
 

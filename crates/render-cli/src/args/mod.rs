@@ -29,6 +29,7 @@ pub use self::{
     image::{DiffOptions, ImageCommand, PictureConvertOptions, PictureInfoOptions, Target},
     measure::{MeasureCommand, MeasureOptions},
     studio::StudioOptions,
+    measure::{MeasureCommand, MeasureOptions, Table1Options},
 };
 use crate::{
     image::{Format, View},
@@ -90,7 +91,8 @@ pub enum Command {
     /// fitted, of specular, diffuse, and of all of it seen from afar. A coat has no cone about each fibre,
     /// so expect a third of the highlight to be off, not a hundredth.
     ///
-    /// Exit codes: 0 done, 1 failed, 2 wrong command line. What fails leaves no folder behind.
+    /// Exit codes: 0 done, 1 failed, 2 wrong command line. What fails leaves no folder behind; one that is
+    /// there is replaced only if it is empty or was written so.
     Bake(BakeOptions),
     /// Opens a page in the browser that shows the cloth, and draws it anew while its yarns are changed
     ///

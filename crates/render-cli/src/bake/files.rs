@@ -43,13 +43,27 @@ pub fn encode(
 ) -> Result<Vec<u8>, EncodeError> {
     match format {
         MapFormat::Exr if !map.is_for_gltf() => exr(tile, maps, map),
-        MapFormat::Png16 => png(tile, maps, map, BitDepth::Sixteen),
-        _ if map == Map::Height => png(tile, maps, map, BitDepth::Sixteen),
+        MapFormat::Png16 => png(tile, maps, map, BitDepth::Sixteen, map.components()),
+        _ if map == Map::Height => png(tile, maps, map, BitDepth::Sixteen, map.components()),
         _ if map == Map::YarnId && tile.cloth.yarns.len() > 255 => {
-            png(tile, maps, map, BitDepth::Sixteen)
+            png(tile, maps, map, BitDepth::Sixteen, map.components())
         }
-        _ => png(tile, maps, map, BitDepth::Eight),
+        _ => png(tile, maps, map, BitDepth::Eight, map.components()),
     }
+}
+
+/// The bytes of a PNG of 8 bits of the first `components` of `map`, 1 or 3.
+///
+/// # Errors
+///
+/// [`EncodeError`] when the encoder refuses it.
+pub(crate) fn encode_bytes(
+    tile: &Tile,
+    maps: &Maps,
+    map: Map,
+    components: usize,
+) -> Result<Vec<u8>, EncodeError> {
+    png(tile, maps, map, BitDepth::Eight, components)
 }
 
 /// Its file's name.
@@ -71,8 +85,13 @@ fn exr(tile: &Tile, maps: &Maps, map: Map) -> Result<Vec<u8>, EncodeError> {
     picture.encode(image::Format::Exr)
 }
 
-fn png(tile: &Tile, maps: &Maps, map: Map, depth: BitDepth) -> Result<Vec<u8>, EncodeError> {
-    let components = map.components();
+fn png(
+    tile: &Tile,
+    maps: &Maps,
+    map: Map,
+    depth: BitDepth,
+    components: usize,
+) -> Result<Vec<u8>, EncodeError> {
     let is_index = map == Map::YarnId;
     let component = |texel: &Texel, k: usize, greatest: f32| {
         let value = maps.value(map, texel)[k];

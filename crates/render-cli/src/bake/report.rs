@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use serde_json::{Value, json};
+use serde_json::{Map as Object, Value, json};
 
 use super::{
     Tile, files,
@@ -43,11 +43,11 @@ pub fn json(
     name: &str,
     hash: u64,
     format: MapFormat,
-) -> Value {
+) -> Object<String, Value> {
     let size = tile.size() * 1e3;
     let [low, high] = maps.height.map(|height| f64::from(height) * 1e3);
     let files = Map::ALL.map(|map| json!({ "file": files::name(map, format), "is": meaning(map) }));
-    json!({
+    let Value::Object(index) = json!({
         "software": format!("selvedge {}", env!("CARGO_PKG_VERSION")),
         "cloth": name,
         "cloth_fnv1a_64": format!("{hash:016x}"),
@@ -59,7 +59,10 @@ pub fn json(
         "left_out": if tile.is_evened { vec!["irregularities along threads, which do not tile"] } else { vec![] },
         "maps": files,
         "fits": fits,
-    })
+    }) else {
+        unreachable!("braces make an object")
+    };
+    index
 }
 
 /// The fits in a few lines, each class in one.

@@ -182,7 +182,7 @@ impl<'a> Drawing<'a> {
             .num_threads(options.threads.map_or(0, usize::from))
             .build()
             .context("threads: cannot be started")?;
-        let (outcome, metadata, cloth_bytes, far_share) =
+        let (outcome, metadata, cloth_bytes, texture_bytes, far_share) =
             pool.install(|| -> anyhow::Result<_> {
                 let (mut scene, fabrics) = scene()?;
                 scene.detail = Detail { level: options.lod, bias: options.lod_bias };
@@ -192,7 +192,8 @@ impl<'a> Drawing<'a> {
                 let cloths = cloths.collect::<Vec<_>>();
                 let outcome = exposing.run(&view, key)?;
                 let metadata = metadata(&scene, &fabrics, options.seed, outcome.spp_mean);
-                Ok((outcome, metadata, cloths, scene.shades.far_share()))
+                let textures = scene.texture_bytes();
+                Ok((outcome, metadata, cloths, textures, scene.shades.far_share()))
             })?;
 
         let mut picture = develop(&outcome.exposed(), options.exposure, options.view);
@@ -218,6 +219,9 @@ impl<'a> Drawing<'a> {
             }
             for bytes in cloth_bytes {
                 tell(format_args!("{:<12}{:.1} kB", "cloth", bytes as f64 * 1e-3));
+            }
+            if texture_bytes > 0 {
+                tell(format_args!("{:<12}{:.1} kB", "textures", texture_bytes as f64 * 1e-3));
             }
         }
         let is_interrupted = outcome.stopped == Stopped::Interrupted;

@@ -11,7 +11,7 @@ use std::{
 
 use schemars::Schema;
 use selvedge_wif::Drawdown;
-use selvedge_yarn_brdf::{Cloth, ClothError, Fabric, Shader, Thread, Weave};
+use selvedge_yarn_brdf::{Cloth, ClothError, Fabric, Shader, Thread, Weave, Yarn};
 use serde_json::{Map, Value, json};
 use thiserror::Error;
 
@@ -223,6 +223,27 @@ impl FabricSource {
         };
         let file = file::Written { version: file::VERSION, draft, fabric: &self.fabric };
         serde_json::to_string_pretty(&file).expect("a fabric has names for keys")
+    }
+
+    /// A fabric as a file, with its draft in it, in which every yarn has the twist and the highlight of
+    /// `yarn`.
+    ///
+    /// # Errors
+    ///
+    /// [`FabricError::Draft`] when there is no draft.
+    #[expect(clippy::missing_panics_doc, reason = "JSON holds any fabric")]
+    pub fn twisted(&self, yarn: &Yarn) -> Result<Vec<u8>, FabricError> {
+        let mut fabric = self.fabric.clone();
+        let overrides = fabric.overrides.iter_mut().map(|of| &mut of.yarn);
+        for partial in overrides {
+            partial.psi = None;
+            partial.highlight = None;
+        }
+        fabric.yarn.psi = Some(yarn.psi);
+        fabric.yarn.highlight = Some(yarn.highlight);
+        let draft = json!({ "wif": self.draft.draft()?.to_wif() });
+        let file = file::Written { version: file::VERSION, draft, fabric: &fabric };
+        Ok(serde_json::to_vec(&file).expect("a fabric has names for keys"))
     }
 
     /// The cloth, woven by `drawdown`, which is that of the draft.

@@ -166,12 +166,18 @@ impl<'a> Builder<'a> {
                     Some(path) => self.texture(&format!("{at}.normal"), path, Encoding::Linear)?,
                     None => Standard::default().normal,
                 };
+                let anisotropy = match &standard.anisotropy_map {
+                    Some(path) => {
+                        self.texture(&format!("{at}.anisotropy_map"), path, Encoding::Linear)?
+                    }
+                    None => Input::Constant(Vec3::splat(standard.anisotropy)),
+                };
                 let inputs = Standard {
                     base_color: input("base_color", &standard.base_color, Encoding::Srgb)?,
                     normal,
                     roughness: input("roughness", &standard.roughness, Encoding::Linear)?,
                     specular: input("specular", &standard.specular, Encoding::Linear)?,
-                    anisotropy: Input::Constant(Vec3::splat(standard.anisotropy)),
+                    anisotropy,
                 };
                 let size = standard.size.into();
                 Ok(Material::Standard { standard: Arc::new(inputs), size })

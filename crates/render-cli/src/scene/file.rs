@@ -134,6 +134,8 @@ pub struct StandardFile {
     #[serde(default)]
     #[schemars(range(min = -1.0, max = 1.0))]
     pub anisotropy: f32,
+    /// A picture of the anisotropy in its place, halved and shifted by 0.5.
+    pub anisotropy_map: Option<PathBuf>,
     /// Width and height on the surface of one repeat of the textures, m.
     #[serde(default = "one_by_one")]
     #[schemars(schema_with = "schema::lengths")]

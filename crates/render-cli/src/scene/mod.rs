@@ -196,6 +196,17 @@ impl Scene {
         shaders.filter(move |shader| seen.insert(Arc::as_ptr(shader))).map(|shader| &**shader)
     }
 
+    /// Bytes of memory that its pictures take.
+    pub fn texture_bytes(&self) -> usize {
+        let mut seen = HashSet::new();
+        let standards = self.surfaces.iter().filter_map(|surface| match &surface.material {
+            Material::Standard { standard, .. } => Some(standard),
+            Material::Matte(_) | Material::Cloth { .. } => None,
+        });
+        let each = standards.filter(move |standard| seen.insert(Arc::as_ptr(standard)));
+        each.map(|standard| standard.bytes()).sum()
+    }
+
     /// Shapes of all surfaces, without their gaps.
     pub fn geometry(&self) -> &Geometry {
         &self.geometry

@@ -28,6 +28,11 @@ const SCENES: [(&str, &str); 2] = [
     ("wrinkled", include_str!("../../../../fixtures/scenes/wrinkled.json")),
 ];
 
+/// The text of the scene that is compiled in under `name`.
+pub(crate) fn built_in(name: &str) -> Option<&'static str> {
+    SCENES.iter().find(|(known, _)| *known == name).map(|(_, text)| *text)
+}
+
 /// Most bytes of a scene's file.
 const MAX_BYTES: u64 = 1 << 26;
 

@@ -17,6 +17,7 @@ mod reciprocity;
 mod stability;
 mod surface;
 mod three_way;
+mod table1;
 mod tuple;
 
 use std::{collections::BTreeSet, path::Path};
@@ -49,6 +50,9 @@ pub fn run(command: &MeasureCommand) -> anyhow::Result<Outcome> {
         MeasureCommand::Chi2(options) => measure(options, chi2::measure),
         MeasureCommand::Stability(options) => measure(options, stability::measure),
         MeasureCommand::Gonio(options) => measure(options, gonio::measure),
+        MeasureCommand::Table1(options) => measure(&options.measure, |measured, subjects| {
+            table1::measure(options, measured, subjects)
+        }),
     }
 }
 

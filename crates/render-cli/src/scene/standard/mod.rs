@@ -37,7 +37,7 @@ pub struct Standard {
     pub roughness: Input,
     /// Reflectance F₀ of the facets upright, linear, in [0, 1]; 0.04 for plastics and varnish.
     pub specular: Input,
-    /// How much rougher along u than along v, in [−1, 1].
+    /// How much rougher along u than along v, in [−1, 1]; in a picture halved and shifted by 0.5.
     pub anisotropy: Input,
 }
 
@@ -73,6 +73,15 @@ impl Input {
 }
 
 impl Standard {
+    /// Bytes of memory that its pictures take.
+    pub fn bytes(&self) -> usize {
+        let Self { base_color, normal, roughness, specular, anisotropy } = self;
+        let inputs = [base_color, normal, roughness, specular, anisotropy].into_iter();
+        inputs
+            .map(|input| if let Input::Texture(texture) = input { texture.bytes() } else { 0 })
+            .sum()
+    }
+
     /// The material at `uv`, its parameters averaged over `footprint` as by [`MipTexture::value`].
     /// What is out of range is moved to its limit; what is not a number counts as 0.
     pub fn at(&self, uv: Vec2, footprint: [Vec2; 2]) -> StandardPoint {
@@ -85,7 +94,11 @@ impl Standard {
         // Not even glass reflects less than 0.02 upright: a coat that does is fading away.
         let grazing = (50.0 * specular.max_element()).min(1.0);
         let roughness = unit(&self.roughness).x;
-        let anisotropy = value(&self.anisotropy).x.clamp(-1.0, 1.0);
+        let anisotropy = value(&self.anisotropy).x;
+        let anisotropy = match &self.anisotropy {
+            Input::Constant(_) => anisotropy.clamp(-1.0, 1.0),
+            Input::Texture(_) => (2.0 * anisotropy - 1.0).clamp(-1.0, 1.0),
+        };
         StandardPoint {
             ground: unit(&self.base_color),
             specular,
