@@ -50,6 +50,12 @@ pub enum MeasureCommand {
     /// The sizes are those of Nelson, McEvoy & Fratarcangeli 2016, table 1: maps of 4096 pixels, at least
     /// ten of them to a thread.
     Table1(Table1Options),
+    /// What speed costs in accuracy, and what to choose for how much
+    ///
+    /// Draws each cloth draped, with other tiers, levels of detail, highlights, normalizations, numbers of
+    /// samples and thresholds of noise, against a picture that is taken for the true one. That one is kept
+    /// in the user's folder for caches, under selvedge/references.
+    Trade(MeasureOptions),
 }
 
 /// Arguments of all that measures.

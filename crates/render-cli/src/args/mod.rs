@@ -28,8 +28,8 @@ pub use self::{
     eval::{Angles, EvalOptions, ParameterSetting, Place},
     image::{DiffOptions, ImageCommand, PictureConvertOptions, PictureInfoOptions, Target},
     measure::{MeasureCommand, MeasureOptions},
-    studio::StudioOptions,
     measure::{MeasureCommand, MeasureOptions, Table1Options},
+    studio::StudioOptions,
 };
 use crate::{
     image::{Format, View},

@@ -42,6 +42,19 @@ impl Detail {
     }
 }
 
+/// How places of cloth are shaded one beside the other. Pictures differ by rounding at most, time does a
+/// lot.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Tier {
+    /// Many at a time, with the instructions that the shader was told to use.
+    #[default]
+    Batch,
+    /// One after the other: the bits of batches.
+    Single,
+    /// One after the other in f64, both lobes as one.
+    Reference,
+}
+
 /// How often cloth was shaded at either level.
 #[derive(Debug, Default)]
 pub struct Shades {

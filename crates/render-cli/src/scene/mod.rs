@@ -31,7 +31,7 @@ use self::{
 };
 use crate::render::{
     camera::Lens,
-    detail::{Detail, Shades},
+    detail::{Detail, Shades, Tier},
     film::Filter,
     integrator::Estimator,
     intersect::{Geometry, GeometryError, Hit, Ray},
@@ -54,6 +54,8 @@ pub struct Scene {
     pub estimator: Estimator,
     /// At which level of detail cloth is shaded.
     pub detail: Detail,
+    /// How its places are shaded.
+    pub tier: Tier,
     /// How often it was, at either level.
     pub shades: Shades,
     surfaces: Vec<Surface>,
@@ -164,6 +166,7 @@ impl Scene {
             depth: depth.max(1),
             estimator: Estimator::default(),
             detail: Detail::default(),
+            tier: Tier::default(),
             shades: Shades::default(),
             surfaces,
             geometry,
@@ -205,6 +208,15 @@ impl Scene {
         });
         let each = standards.filter(move |standard| seen.insert(Arc::as_ptr(standard)));
         each.map(|standard| standard.bytes()).sum()
+    }
+
+    /// Puts `material` in the place of every cloth.
+    pub fn replace_cloth(&mut self, material: &Material) {
+        for surface in &mut self.surfaces {
+            if let Material::Cloth { .. } = surface.material {
+                surface.material = material.clone();
+            }
+        }
     }
 
     /// Shapes of all surfaces, without their gaps.

@@ -3,11 +3,11 @@
 //! Each subcommand makes a [`Report`] of its subjects and a summary for the terminal; what they have in
 //! common is here.
 
-mod filaments;
 mod albedo;
 mod chi2;
 #[cfg(any(test, feature = "faults"))]
 mod faulty;
+mod filaments;
 mod furnace;
 mod gonio;
 mod histogram;
@@ -16,8 +16,9 @@ mod random;
 mod reciprocity;
 mod stability;
 mod surface;
-mod three_way;
 mod table1;
+mod three_way;
+mod trade;
 mod tuple;
 
 use std::{collections::BTreeSet, path::Path};
@@ -53,6 +54,7 @@ pub fn run(command: &MeasureCommand) -> anyhow::Result<Outcome> {
         MeasureCommand::Table1(options) => measure(&options.measure, |measured, subjects| {
             table1::measure(options, measured, subjects)
         }),
+        MeasureCommand::Trade(options) => measure(options, trade::measure),
     }
 }
 

@@ -5,6 +5,8 @@ use std::ptr;
 use glam::{DVec2, Vec3};
 use selvedge_yarn_brdf::{Batch, Draws, Lobes, Sample, Samples, Shader};
 
+use crate::render::detail::Tier;
+
 /// Places of cloth, with two directions or with numbers that choose one, and with the index of whom
 /// they are of.
 pub(super) struct ClothPoints<'a> {
@@ -78,8 +80,23 @@ impl<'a> ClothPoints<'a> {
     }
 
     /// Calls `each` with f at each place and the density with which [`ClothPoints::samples`] draws it.
-    pub(super) fn scattering(&self, mut each: impl FnMut(usize, Lobes, f32)) {
+    pub(super) fn scattering(&self, tier: Tier, mut each: impl FnMut(usize, Lobes, f32)) {
         for (shader, points) in &self.cloths {
+            if tier != Tier::Batch {
+                for (k, &of) in points.of.iter().enumerate() {
+                    let (uv, wi, wo) =
+                        (points.place(k), vector(&points.wi, k), vector(&points.wo, k));
+                    let lobes = match tier {
+                        Tier::Reference => {
+                            let f = shader.eval_reference(uv, wi.as_dvec3(), wo.as_dvec3());
+                            Lobes { specular: f.as_vec3(), ..Lobes::default() }
+                        }
+                        _ => shader.eval_lobes(uv, wi, wo),
+                    };
+                    each(of, lobes, shader.pdf(uv, wi, wo));
+                }
+                continue;
+            }
             let black = || vec![0.0; points.of.len()];
             let (mut specular, mut diffuse) =
                 ([(); 3].map(|()| black()), [(); 3].map(|()| black()));
@@ -100,8 +117,17 @@ impl<'a> ClothPoints<'a> {
     }
 
     /// Calls `each` with a direction drawn at each place, where there is one.
-    pub(super) fn samples(&self, mut each: impl FnMut(usize, &Shader, DVec2, Sample)) {
+    pub(super) fn samples(&self, tier: Tier, mut each: impl FnMut(usize, &Shader, DVec2, Sample)) {
         for (shader, points) in &self.cloths {
+            if tier != Tier::Batch {
+                for (k, &of) in points.of.iter().enumerate() {
+                    let (place, xi) = (points.place(k), vector(&points.wi, k).to_array());
+                    if let Some(sample) = shader.sample(place, vector(&points.wo, k), xi) {
+                        each(of, shader, place, sample);
+                    }
+                }
+                continue;
+            }
             let black = || vec![0.0; points.of.len()];
             let (mut wi, mut weight) = ([(); 3].map(|()| black()), [(); 3].map(|()| black()));
             let mut pdf = black();
@@ -115,7 +141,7 @@ impl<'a> ClothPoints<'a> {
                 .sample_batch(&Draws { uv, wo, xi, active }, samples)
                 .expect("all parts of a point are pushed together");
             for (k, &of) in points.of.iter().enumerate().filter(|&(k, _)| pdf[k] > 0.0) {
-                let uv = DVec2::new(points.uv[0][k], points.uv[1][k]);
+                let uv = points.place(k);
                 let sample = Sample { wi: vector(&wi, k), weight: vector(&weight, k), pdf: pdf[k] };
                 each(of, shader, uv, sample);
             }
@@ -139,6 +165,11 @@ impl Points {
         for (axis, part) in self.uv.iter_mut().enumerate() {
             part.extend(places.iter().map(|place| place[axis]));
         }
+    }
+
+    /// Position of place `k`, m.
+    fn place(&self, k: usize) -> DVec2 {
+        DVec2::new(self.uv[0][k], self.uv[1][k])
     }
 
     fn batch(&self) -> Batch<'_> {

@@ -116,7 +116,7 @@ fn advance(
         .zip(&met)
         .map(|(path, vertex)| vertex.draw_light(scene, &mut path.sample))
         .collect();
-    let lobes = vertex::scattering(&met, &lit, scene.estimator);
+    let lobes = vertex::scattering(&met, &lit, scene);
     for (((path, vertex), lit), lobes) in arrived.iter().zip(&met).zip(&lit).zip(lobes) {
         let Some(lit) = lit else { continue };
         // The shadow is dearer than the surface, and where that is dark there is none.
@@ -133,8 +133,8 @@ fn advance(
         }
     }
 
-    let bounces =
-        vertex::bounces(&met, arrived.iter_mut().map(|path| &mut path.sample), has_layers);
+    let samples = arrived.iter_mut().map(|path| &mut path.sample);
+    let bounces = vertex::bounces(&met, samples, scene.tier, has_layers);
     let on =
         arrived.into_iter().zip(&met).zip(bounces).filter_map(|((mut path, vertex), bounce)| {
             let bounce = bounce?;

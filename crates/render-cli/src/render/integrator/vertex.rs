@@ -9,6 +9,7 @@ use selvedge_yarn_brdf::Shader;
 use super::{Estimator, balance, cloth::ClothPoints};
 use crate::{
     render::{
+        detail::Tier,
         exposure::{FirstHit, YarnSeen},
         footprint::{self, Beam, Footprint, POINTS},
         intersect::{Hit, Ray},
@@ -232,13 +233,13 @@ pub(super) fn close_gaps(vertices: &mut [Vertex<'_>]) {
 }
 
 /// f without the cosine of each vertex that is lit: its share in what the light and [`bounces`] find,
-/// as `estimator` has it; nothing of the others.
+/// as the estimator of the scene has it; nothing of the others.
 pub(super) fn scattering(
     vertices: &[Vertex<'_>],
     lit: &[Option<Lit>],
-    estimator: Estimator,
+    scene: &Scene,
 ) -> Vec<Lobes> {
-    let balance = |found, pdf| match estimator {
+    let balance = |found, pdf| match scene.estimator {
         Estimator::Both => balance(found, pdf),
         Estimator::Lights | Estimator::Directions => 1.0,
     };
@@ -272,7 +273,7 @@ pub(super) fn scattering(
             }
         })
         .collect();
-    cloth.scattering(|index, f, pdf| {
+    cloth.scattering(scene.tier, |index, f, pdf| {
         let (Some(lit), Scatterer::Cloth(_, footprint)) = (&lit[index], &vertices[index].scatterer)
         else {
             return;
@@ -289,6 +290,7 @@ pub(super) fn scattering(
 pub(super) fn bounces<'a>(
     vertices: &[Vertex<'_>],
     samples: impl Iterator<Item = &'a mut Sample>,
+    tier: Tier,
     has_share: bool,
 ) -> Vec<Option<Bounce>> {
     let mut cloth = ClothPoints::new(vertices.len());
@@ -335,7 +337,7 @@ pub(super) fn bounces<'a>(
             }
         })
         .collect();
-    cloth.samples(|index, shader, place, drawn| {
+    cloth.samples(tier, |index, shader, place, drawn| {
         let vertex = &vertices[index];
         let share = if has_share {
             let f = shader.eval_lobes(place, drawn.wi, vertex.wo);
