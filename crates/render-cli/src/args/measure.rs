@@ -7,6 +7,12 @@ use clap::{Args, Subcommand};
 /// What to measure.
 #[derive(Clone, Debug, Subcommand)]
 pub enum MeasureCommand {
+    /// The figures of the paper, but for its photographs
+    ///
+    /// Each cloth draped, with its weave (figure 1); fabrics A and B draped, and the same as maps on a
+    /// glossy surface (figures 9 and 10); fabric A, wrinkled, under six lights (figure 11).
+    Figures(MeasureOptions),
+
     /// How the streak of a yarn compares with that of one of single filaments
     ///
     /// Traces yarns of 8 to 1024 twisted filaments and sets them beside the piece of yarn that the

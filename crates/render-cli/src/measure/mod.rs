@@ -1,5 +1,6 @@
 //! Measurements that take more than a look at a shader's values.
 
+pub mod figures;
 pub mod filaments;
 pub mod trade;
 

@@ -7,6 +7,7 @@ mod albedo;
 mod chi2;
 #[cfg(any(test, feature = "faults"))]
 mod faulty;
+mod figures;
 mod filaments;
 mod furnace;
 mod gonio;
@@ -45,6 +46,7 @@ use crate::{
 /// When a cloth cannot be read or is not sound, or the folder or standard output cannot be written.
 pub fn run(command: &MeasureCommand) -> anyhow::Result<Outcome> {
     match command {
+        MeasureCommand::Figures(options) => measure(options, figures::measure),
         MeasureCommand::Filaments(options) => measure(options, filaments::measure),
         MeasureCommand::Furnace(options) => measure(options, furnace::measure),
         MeasureCommand::Reciprocity(options) => measure(options, reciprocity::measure),
