@@ -55,7 +55,7 @@ export const startBrowser = () =>
   });
 
 /** The studio in a page of its own; `page.faults` gathers what the page complains of. */
-export async function openPage(browser, url, { width = 1280, height = 800, scheme = "light" } = {}) {
+export async function openPage(browser, url, { width = 1280, height = 800, scheme = "light", samples = 4 } = {}) {
   const context = await browser.newContext({
     viewport: { width, height },
     colorScheme: scheme,
@@ -72,6 +72,13 @@ export async function openPage(browser, url, { width = 1280, height = 800, schem
     }
   });
   await page.goto(url);
+  await page.waitForFunction(() => document.querySelector("#picture").dataset.revision);
+  // A fixed number of samples, so that a picture takes as much work on any machine, and little.
+  if (samples) {
+    await page.locator("details", { has: page.locator("#spp") }).evaluate((details) => { details.open = true; });
+    await page.locator("#spp").selectOption(String(samples));
+    await redrawn(page, () => page.locator("#noise").selectOption("samples alone"));
+  }
   await finished(page);
   return page;
 }

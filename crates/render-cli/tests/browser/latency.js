@@ -36,7 +36,7 @@ console.log("cloth, 640 x 480          first frame, ms   to noise 0.05, s   (med
 for (const cloth of CLOTHS) {
   const studio = await startStudio(cloth.startsWith("preset:") ? cloth : fixture(cloth));
   try {
-    const page = await openPage(browser, studio.url);
+    const page = await openPage(browser, studio.url, { samples: null });
     for (const kind of ["Swatch", "Drape"]) {
       const radio = page.getByRole("radio", { name: kind });
       if (!(await radio.isChecked())) await redrawn(page, () => radio.check());

@@ -22,7 +22,7 @@ after(async () => { await browser?.close(); });
 
 /** A test with a studio and a page of its own, which complains of nothing. */
 function withPage(name, cloth, options, body) {
-  test(name, async () => {
+  test(name, { timeout: 180_000 }, async () => {
     const studio = await startStudio(cloth.startsWith("preset:") ? cloth : fixture(cloth));
     try {
       const page = await openPage(browser, studio.url, options);
@@ -158,17 +158,27 @@ withPage("a colour that is overridden changes its own threads and no others", "d
   assert.equal(differences(after, await pixels(page)).length, 0, "and redone what it became");
 });
 
+/** What `selvedge draft lint` finds in an invalid fixture: the text of its first error. */
+const firstError = async (name) =>
+  (await readFile(fixture(`invalid/${name}.txt`), "utf8")).match(/^error: (.+)$/m)[1];
+
 withPage("a broken draft is told with its line", "drafts/plain.wif", {}, async (page) => {
   const name = await page.locator("#name").textContent();
-  await drop(page, "bad-key.wif", await readFile(fixture("invalid/bad-key.wif")));
+  await drop(page, "limit.wif", await readFile(fixture("invalid/limit.wif")));
   await page.locator("#diagnostics li.error").first().waitFor();
   const text = await page.locator("#diagnostics").textContent();
-  // As `selvedge draft lint` tells it.
-  const [, expected] = (await readFile(fixture("invalid/bad-key.txt"), "utf8")).match(/^error: (.+)$/m);
+  const expected = await firstError("limit");
   assert.ok(text.includes(expected), `${text}, expected ${expected}`);
-  assert.equal(await page.locator("#diagnostics-title").textContent(), "Not opened: bad-key.wif");
+  assert.equal(await page.locator("#diagnostics-title").textContent(), "Not opened: limit.wif");
   assert.equal(await page.locator("#name").textContent(), name, "the cloth stays");
   await screenshot(page, "broken");
+
+  // What can be read past is woven, and told as well.
+  await redrawn(page, async () => drop(page, "bad-key.wif", await readFile(fixture("invalid/bad-key.wif"))));
+  const findings = await page.locator("#diagnostics").textContent();
+  const found = await firstError("bad-key");
+  assert.ok(findings.includes(found), `${findings}, expected ${found}`);
+  assert.match(await page.locator("#name").textContent(), /bad-key\.wif/);
 });
 
 withPage("a draft that is dropped is woven", "drafts/plain.wif", {}, async (page) => {

@@ -52,6 +52,24 @@ export function throttled(wait, action) {
   };
 }
 
+/**
+ * As `throttled`, for an action that waits: it gets a signal that ends it when it is called anew, and what
+ * it throws then is nothing.
+ */
+export function latest(wait, action) {
+  let abort = new AbortController();
+  return throttled(wait, async (...now) => {
+    abort.abort();
+    abort = new AbortController();
+    const { signal } = abort;
+    try {
+      await action(signal, ...now);
+    } catch (error) {
+      if (!signal.aborted) throw error;
+    }
+  });
+}
+
 /** "1 end", "2 ends". */
 export const count = (n, noun) => `${n} ${noun}${n === 1 ? "" : "s"}`;
 

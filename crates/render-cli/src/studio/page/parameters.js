@@ -265,7 +265,12 @@ export function showParameters(session) {
 
     const update = () => {
       base.update();
-      select.value = kindOf(choice);
+      const kind = kindOf(choice);
+      // A kind that no panel makes, as one that is tabulated, is shown and can be left.
+      if (!options.some((option) => option.name === kind) && ![...select.options].some(({ value }) => value === kind)) {
+        select.append(h("option", { value: kind, disabled: true }, words(kind)));
+      }
+      select.value = kind;
     };
     return { row: base.row, update };
   }

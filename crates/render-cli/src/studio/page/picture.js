@@ -1,7 +1,7 @@
 // The picture: frames as they come, what is pointed at, the ruler, and how one moves about.
 
 import { Refusal, get, picture } from "./api.js";
-import { byId, h, short, tell, throttled } from "./dom.js";
+import { byId, h, latest, short, tell } from "./dom.js";
 
 /** Degrees to a pixel of dragging. */
 const TURN = 0.4;
@@ -14,7 +14,7 @@ const STILL = 4;
 const clamp = (value, low, high) => Math.min(high, Math.max(low, value));
 const wrap = (degrees) => ((((degrees + 180) % 360) + 360) % 360) - 180;
 
-/** Turns the camera about the cloth, in degrees. */
+/** Turns the camera about the cloth, in degrees, clockwise seen from above. */
 export function orbit(session, azimuth, elevation) {
   const { camera } = session.placement();
   if (!camera) return;
@@ -34,7 +34,7 @@ export function moveLight(session, azimuth, elevation) {
   session.look({
     light: {
       azimuth: wrap(light.azimuth + azimuth),
-      elevation: clamp(light.elevation + elevation, 1, 90),
+      elevation: clamp(light.elevation + elevation, 1, 89),
     },
   });
 }
@@ -136,44 +136,37 @@ export function showPicture(session) {
   session.on("answer", drawOver);
   byId("ruler").addEventListener("change", drawOver);
 
-  let masked = "";
-  let abort = new AbortController();
-  const fetchMask = throttled(80, async (query) => {
-    abort.abort();
-    abort = new AbortController();
-    masked = query;
-    if (!query) {
-      mask = null;
-      over.dataset.mask = "";
-      drawOver();
+  const fetchMask = latest(80, async (signal, query) => {
+    mask = null;
+    try {
+      if (query) mask = await picture(`mask?${query}`, { signal });
+    } catch (error) {
+      if (!(error instanceof Refusal)) throw error;
+    }
+    if (signal.aborted) return;
+    over.dataset.mask = mask ? query : "";
+    drawOver();
+  });
+  const shadeCrossing = () => {
+    const { end, pick } = session.crossing ?? {};
+    fetchMask(session.crossing ? `end=${end}&pick=${pick}` : "");
+  };
+  session.on("crossing", shadeCrossing);
+  session.on("yarn-shown", (yarn) => fetchMask(yarn === null ? "" : `yarn=${yarn}`));
+  // Seen from elsewhere it is elsewhere, which is known once the view has been taken.
+  session.on("view", () => mask && fetchMask(""));
+  session.on("answer", () => session.crossing && shadeCrossing());
+
+  const ask = latest(80, async (signal, place) => {
+    if (!place) {
+      session.point(null);
       return;
     }
     try {
-      const found = await picture(`mask?${query}`, { signal: abort.signal });
-      if (masked !== query) return;
-      mask = found;
-      over.dataset.mask = query;
-      drawOver();
-    } catch (error) {
-      if (error.name === "AbortError") return;
-      if (!(error instanceof Refusal)) throw error;
-      mask = null;
-      drawOver();
-    }
-  });
-  session.on("crossing", () => {
-    const { end, pick } = session.crossing ?? {};
-    fetchMask(session.crossing ? `end=${end}&pick=${pick}` : "");
-  });
-  session.on("yarn-shown", (yarn) => fetchMask(yarn === null ? "" : `yarn=${yarn}`));
-  session.on("fabric view", () => {
-    if (mask && session.crossing === null) fetchMask("");
-  });
-
-  const ask = throttled(80, async (x, y) => {
-    try {
-      const found = await get(`at?x=${x.toFixed(1)}&y=${y.toFixed(1)}`);
-      session.point(found.cloth ? { end: found.end, pick: found.pick } : null, found.cloth ? found : null);
+      const found = await get(`at?x=${place.x.toFixed(1)}&y=${place.y.toFixed(1)}`, { signal });
+      if (signal.aborted) return;
+      if (found.cloth) session.point({ end: found.end, pick: found.pick }, found);
+      else session.point(null);
     } catch (error) {
       if (!(error instanceof Refusal)) throw error;
     }
@@ -181,10 +174,13 @@ export function showPicture(session) {
   function askAt(event) {
     const box = canvas.getBoundingClientRect();
     const [width, height] = session.view.size;
-    ask(((event.clientX - box.left) / box.width) * width, ((event.clientY - box.top) / box.height) * height);
+    ask({
+      x: ((event.clientX - box.left) / box.width) * width,
+      y: ((event.clientY - box.top) / box.height) * height,
+    });
   }
 
-  followPointers(session, frame, askAt);
+  followPointers(session, frame, askAt, () => ask(null));
   followKeys(session, frame);
   frame.addEventListener("wheel", (event) => {
     event.preventDefault();
@@ -192,7 +188,7 @@ export function showPicture(session) {
   }, { passive: false });
 }
 
-function followPointers(session, frame, askAt) {
+function followPointers(session, frame, askAt, leave) {
   const pointers = new Map();
   let moved = 0;
   frame.addEventListener("pointerdown", (event) => {
@@ -219,7 +215,7 @@ function followPointers(session, frame, askAt) {
     } else if (dragsLight(session, event)) {
       dragLight(session, frame, event);
     } else {
-      orbit(session, -dx * TURN, dy * TURN);
+      orbit(session, dx * TURN, dy * TURN);
     }
   });
   const lift = (event) => {
@@ -227,8 +223,8 @@ function followPointers(session, frame, askAt) {
   };
   frame.addEventListener("pointerup", lift);
   frame.addEventListener("pointercancel", lift);
-  frame.addEventListener("pointerleave", () => {
-    if (session.crossing && !pointers.size) session.point(null);
+  frame.addEventListener("pointerleave", (event) => {
+    if (event.pointerType === "mouse" && !pointers.size) leave();
   });
 }
 
@@ -246,7 +242,7 @@ export function lightAt(x, y) {
   const degrees = 180 / Math.PI;
   return {
     azimuth: Number((Math.atan2(y, x) * degrees).toFixed(1)),
-    elevation: Number(clamp(Math.acos(radius) * degrees, 1, 90).toFixed(1)),
+    elevation: Number(clamp(Math.acos(radius) * degrees, 1, 89).toFixed(1)),
   };
 }
 

@@ -1,7 +1,7 @@
 // What the draft's reader and the normalization have to say, and how much each yarn reflects.
 
 import { Refusal, get } from "./api.js";
-import { byId, h, short, svg, throttled } from "./dom.js";
+import { byId, h, latest, short, svg } from "./dom.js";
 
 export function showReport(session) {
   showDiagnostics(session);
@@ -74,10 +74,11 @@ function showAlbedo(session) {
   const title = byId("albedo-title");
   let type = null;
 
-  const update = throttled(300, async () => {
+  const update = latest(300, async (signal) => {
     if (!type) return;
     try {
-      draw(await get(`albedo?yarn=${type.index}`), type);
+      const curve = await get(`albedo?yarn=${type.index}`, { signal });
+      if (!signal.aborted) draw(curve, type);
     } catch (error) {
       if (!(error instanceof Refusal)) throw error;
     }

@@ -11,7 +11,7 @@ const NUMBERS = [
   { at: ["camera", "distance"], label: "Camera distance", unit: "× built-in", low: 0.1, high: 4, kinds: PLACED },
   { at: ["mm"], label: "Width of the swatch", unit: "mm", low: 0.1, high: 1000, default: 20, scale: "log", kinds: ["swatch"] },
   { at: ["light", "azimuth"], label: "Light azimuth", unit: "°", low: -180, high: 180 },
-  { at: ["light", "elevation"], label: "Light elevation", unit: "°", low: 1, high: 90 },
+  { at: ["light", "elevation"], label: "Light elevation", unit: "°", low: 1, high: 89 },
   { at: ["exposure"], label: "Exposure", unit: "stops", low: -8, high: 8, default: 0 },
 ];
 
