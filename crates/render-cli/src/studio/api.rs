@@ -275,6 +275,7 @@ fn wif(name: String, bytes: &[u8]) -> Result<Value, Refusal> {
 
 /// The fabrics that are compiled in.
 fn presets(session: &Session) -> Result<Value, Refusal> {
+    session.want_thumbnails();
     let describe = |name: &str| -> anyhow::Result<Value> {
         let source = fabric::read(format!("{PRESET}{name}").as_ref())?;
         let drawdown = source.draft().drawdown()?;

@@ -17,6 +17,9 @@ pub(super) struct Guard {
     /// What `Host` may say: the names of the address. A page of another site that has got itself
     /// resolved to it (DNS rebinding) says its own.
     hosts: Vec<String>,
+    /// The port, where any address of this machine is listened on: then any that is written in digits
+    /// will do, which a name that was resolved to it is not.
+    open_port: Option<u16>,
 }
 
 impl fmt::Debug for Guard {
@@ -39,7 +42,8 @@ impl Guard {
         if address.ip().is_loopback() {
             hosts.push(format!("localhost:{}", address.port()));
         }
-        Ok(Self { token, hosts })
+        let open_port = address.ip().is_unspecified().then(|| address.port());
+        Ok(Self { token, hosts, open_port })
     }
 
     /// The token.
@@ -64,7 +68,13 @@ impl Guard {
 
     /// Whether host and origin are this address.
     fn is_meant(&self, uri: &Uri, headers: &HeaderMap) -> bool {
-        let is_ours = |host: &str| self.hosts.iter().any(|own| host.eq_ignore_ascii_case(own));
+        let is_open = |host: &str| {
+            let named = host.parse::<SocketAddr>().ok().map(|address| address.port());
+            named.is_some() && named == self.open_port
+        };
+        let is_ours = |host: &str| {
+            self.hosts.iter().any(|own| host.eq_ignore_ascii_case(own)) || is_open(host)
+        };
         let mut hosts = headers.get_all(header::HOST).iter();
         let host = hosts.next().and_then(|host| host.to_str().ok());
         let is_single = hosts.next().is_none();
@@ -136,5 +146,16 @@ mod tests {
         assert_eq!(admits(&guard, &format!("http://evil.example{good}"), &[host]), None);
         let own = ("origin", "http://127.0.0.1:8000");
         assert!(admits(&guard, &good, &[host, own]).is_some());
+
+        let open = Guard::new("0.0.0.0:8000".parse().unwrap()).unwrap();
+        let good = format!("/?token={}", open.token());
+        for (host, is_in) in [
+            ("192.168.1.7:8000", true),
+            ("[fe80::1]:8000", true),
+            ("192.168.1.7:8001", false),
+            ("evil.example:8000", false),
+        ] {
+            assert_eq!(admits(&open, &good, &[("host", host)]).is_some(), is_in, "{host}");
+        }
     }
 }

@@ -58,6 +58,9 @@ const GUESSED_RATE: f64 = 4e5;
 /// How many times as many pixels the second picture has.
 const GROWTH: f64 = 5.0;
 
+/// Samples per pixel of the full size before anything else is done.
+const FIRST_SAMPLES: u32 = 2;
+
 /// Time between frames of the full size.
 const BETWEEN: Duration = Duration::from_millis(350);
 
@@ -94,14 +97,7 @@ impl Painter {
                     }
                 }
                 Task::Export(shown, export) => self.export(&shown, export),
-                Task::Thumbnail(name) => {
-                    let interrupt = &self.session.interrupt;
-                    let bytes = self.pool.install(|| thumbnails::draw(name, interrupt));
-                    // One that was interrupted is drawn another time.
-                    if let Some(bytes) = bytes {
-                        self.session.add_thumbnail(name, bytes);
-                    }
-                }
+                Task::Thumbnails => self.draw_thumbnails(),
             }
         }
     }
@@ -117,6 +113,17 @@ impl Painter {
             }
         }
         self.draw_full(&shown)
+    }
+
+    /// Draws the thumbnails that are asked for and missing, until something else is asked for.
+    fn draw_thumbnails(&mut self) {
+        while let Some(name) = self.session.missing_thumbnail() {
+            let (preparer, interrupt) = (&mut self.preparer, &self.session.interrupt);
+            let bytes = self.pool.install(|| thumbnails::draw(name, preparer, interrupt));
+            // One that was interrupted is drawn another time.
+            let Some(bytes) = bytes else { return };
+            self.session.add_thumbnail(name, bytes);
+        }
     }
 
     /// Puts what `document` shows on the screen, in the scene that `selvedge render` or `selvedge swatch`
@@ -232,13 +239,14 @@ impl Painter {
         Ok(seconds)
     }
 
-    /// Draws the picture itself.
-    fn draw_full(&self, shown: &Shown) -> anyhow::Result<()> {
+    /// Draws the picture itself, and after its first samples what thumbnails are missing: it may be long
+    /// until it is done.
+    fn draw_full(&mut self, shown: &Shown) -> anyhow::Result<()> {
         let document = &shown.document;
         let size = document.view.size();
         let plan = plan(document, Layers::None);
         let view = View::new(&shown.scene, size, document.view.seed, false);
-        let show = |accumulator: &Accumulator, stopped: Option<Stopped>| {
+        let show = |painter: &Self, accumulator: &Accumulator, stopped: Option<Stopped>| {
             if accumulator.fewest() == 0 {
                 return Ok(());
             }
@@ -250,22 +258,36 @@ impl Painter {
                 "noise_worst": noise.map(|[_, worst]| worst),
                 "full": true,
             });
-            self.show(shown, &accumulator.exposed(), about, stopped)
+            painter.show(shown, &accumulator.exposed(), about, stopped)
         };
-        let save = |accumulator: &Accumulator| {
-            // A frame that cannot be encoded is told when the picture is done.
-            let _ = show(accumulator, None);
+        let draw = |painter: &Self, limits: Limits, start: Accumulator| {
+            let save = |accumulator: &Accumulator| {
+                // A frame that cannot be encoded is told when the picture is done.
+                let _ = show(painter, accumulator, None);
+            };
+            let control = Control {
+                interrupt: &painter.session.interrupt,
+                watch: &|_| {},
+                save: Some(Save { every: BETWEEN, save: &save }),
+                study: None,
+            };
+            let plan = Plan { limits, ..plan };
+            painter.pool.install(|| progressive::resume(&view, &plan, start, &control))
         };
-        let control = Control {
-            interrupt: &self.session.interrupt,
-            watch: &|_| {},
-            save: Some(Save { every: BETWEEN, save: &save }),
-            study: None,
-        };
-        let outcome = self.pool.install(|| progressive::expose(&view, &plan, &control));
+        // A break changes no bit.
+        let few = Limits { spp: plan.limits.spp.min(FIRST_SAMPLES), ..plan.limits };
+        let first = draw(self, few, plan.start());
+        if first.stopped == Stopped::Interrupted {
+            return Ok(());
+        }
+        if plan.limits.spp > few.spp {
+            show(self, &first.accumulator, None)?;
+            self.draw_thumbnails();
+        }
+        let outcome = draw(self, plan.limits, first.accumulator);
         match outcome.stopped {
             Stopped::Interrupted => Ok(()),
-            stopped => show(&outcome.accumulator, Some(stopped)),
+            stopped => show(self, &outcome.accumulator, Some(stopped)),
         }
     }
 

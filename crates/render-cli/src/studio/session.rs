@@ -60,6 +60,8 @@ struct State {
     done: Option<Bytes>,
     exports: Vec<Export>,
     thumbnails: Vec<(&'static str, Bytes)>,
+    /// Whether somebody has asked for the presets.
+    wants_thumbnails: bool,
 }
 
 /// What is on the screen: a cloth in its scene, as its camera sees it.
@@ -93,10 +95,18 @@ pub(super) enum Task {
     Draw(Arc<Document>),
     /// Draw what is shown with all its layers, for somebody.
     Export(Arc<Shown>, Export),
-    /// Draw the preset of this name, small.
-    Thumbnail(&'static str),
+    /// Draw the presets, small.
+    Thumbnails,
     /// End.
     Close,
+}
+
+impl State {
+    fn missing_thumbnail(&self) -> Option<&'static str> {
+        let has = |name: &str| self.thumbnails.iter().any(|(found, _)| *found == name);
+        let missing = PRESETS.iter().map(|preset| preset.name).find(|name| !has(name));
+        missing.filter(|_| self.wants_thumbnails)
+    }
 }
 
 /// Frames that are kept: a page may ask for one that has just been replaced.
@@ -129,6 +139,7 @@ impl Session {
             done: None,
             exports: Vec::new(),
             thumbnails: Vec::new(),
+            wants_thumbnails: false,
         };
         Ok(Self {
             state: Mutex::new(state),
@@ -239,6 +250,12 @@ impl Session {
         found.map(|(_, bytes)| bytes.clone())
     }
 
+    /// Has thumbnails of the presets drawn when there is nothing else to do.
+    pub(super) fn want_thumbnails(&self) {
+        self.state().wants_thumbnails = true;
+        self.wake.notify_all();
+    }
+
     /// Events as they happen.
     pub(super) fn watch(&self) -> watch::Receiver<u64> {
         self.events.subscribe()
@@ -278,12 +295,16 @@ impl Session {
             {
                 return Task::Export(shown, export);
             }
-            let has = |name| state.thumbnails.iter().any(|(found, _)| *found == name);
-            if let Some(preset) = PRESETS.iter().find(|preset| !has(preset.name)) {
-                return Task::Thumbnail(preset.name);
+            if state.missing_thumbnail().is_some() {
+                return Task::Thumbnails;
             }
             state = self.wake.wait(state).unwrap_or_else(PoisonError::into_inner);
         }
+    }
+
+    /// The name of a preset whose thumbnail is asked for and missing.
+    pub(super) fn missing_thumbnail(&self) -> Option<&'static str> {
+        self.state().missing_thumbnail()
     }
 
     /// Puts what is drawn on the screen, unless it has been replaced.

@@ -1,8 +1,9 @@
 //! Small pictures of the presets.
 
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use hyper::body::Bytes;
+use selvedge_yarn_brdf::Preparer;
 
 use crate::{
     command::render::develop,
@@ -27,16 +28,17 @@ const WIDTH: f32 = 0.012;
 /// # Panics
 ///
 /// If there is no such preset: those that are compiled in are sound.
-pub(super) fn draw(name: &str, interrupt: &AtomicBool) -> Option<Bytes> {
-    let scene = || -> anyhow::Result<Scene> {
+pub(super) fn draw(name: &str, preparer: &mut Preparer, interrupt: &AtomicBool) -> Option<Bytes> {
+    let goes_on = || !interrupt.load(Ordering::Relaxed);
+    let mut scene = || -> anyhow::Result<Option<Scene>> {
         let source = fabric::read(format!("{PRESET}{name}").as_ref())?;
         let cloth = source.cloth(&source.draft().drawdown()?)?;
-        let material = Material::cloth(source.shader(&cloth)?);
+        let Some(shader) = preparer.prepare(&cloth, &goes_on)? else { return Ok(None) };
         let light = swatch::Light::Raking;
         let swatch = swatch::Swatch { width: WIDTH, light, is_back: false };
-        Ok(Scene::swatch(material, &swatch)?)
+        Ok(Some(Scene::swatch(Material::cloth(shader), &swatch)?))
     };
-    let scene = scene().expect("a preset is sound");
+    let scene = scene().expect("a preset is sound")?;
     let size = Size::new(SIZE[0], SIZE[1]).expect("a thumbnail has pixels");
     let limits = Limits { spp: SPP, time: None, noise: None };
     let plan = Plan { frame: Frame::whole(size), layers: Layers::None, limits, key: 0 };

@@ -71,7 +71,7 @@ impl Default for View {
             camera: None,
             light: None,
             size: [640, 480],
-            spp: 1024,
+            spp: 64,
             noise: Some(0.05),
             seed: 0,
             exposure: 0.0,
