@@ -19,7 +19,7 @@ export const fixture = (name) =>
 
 /** Starts `selvedge studio CLOTH`; the address that it prints, and what ends it. */
 export async function startStudio(cloth, ...options) {
-  const child = spawn(PROGRAM, ["studio", cloth, "--port", "0", "--no-open", ...options], {
+  const child = spawn(PROGRAM, ["studio", cloth, "--port", "0", "--no-open", "--idle-exit", "60s", ...options], {
     stdio: ["ignore", "pipe", "pipe"],
   });
   let messages = "";

@@ -31,17 +31,19 @@ export function showLoom(session) {
     const below = rows * rowHeight + STRIP + GAP;
     const beside = columns * columnWidth + STRIP + GAP;
     const seen = {
-      width: Math.max(20, Math.min(room.width - beside, draft.ends * zoom)),
-      height: Math.max(20, Math.min(room.height - below, draft.picks * zoom)),
+      width: Math.max(20, room.width - beside),
+      height: Math.max(20, room.height - below),
     };
-    return { room, plan, columns, rows, rowHeight, columnWidth, below, beside, seen, cell: zoom };
+    // A draft that is smaller than its window is repeated in it, as it is in the cloth.
+    const ends = Math.max(draft.ends, Math.ceil(seen.width / zoom));
+    const picks = Math.max(draft.picks, Math.ceil(seen.height / zoom));
+    return { room, plan, columns, rows, rowHeight, columnWidth, below, beside, seen, ends, picks, cell: zoom };
   }
 
   function resize() {
     if (!session.draft) return;
     layout = measure();
-    const { room, seen, below, beside } = layout;
-    const { ends, picks } = session.draft;
+    const { room, seen, ends, picks } = layout;
     // What is scrolled is as much larger than the window as the drawdown than its part that is seen.
     extent.style.width = `${Math.max(room.width, room.width + ends * zoom - seen.width)}px`;
     extent.style.height = `${Math.max(room.height, room.height + picks * zoom - seen.height)}px`;
@@ -51,15 +53,13 @@ export function showLoom(session) {
     canvas.style.width = `${room.width}px`;
     canvas.style.height = `${room.height}px`;
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
-    layout.width = seen.width + beside;
-    layout.height = seen.height + below;
     draw();
   }
 
   /** How far the drawdown is scrolled: its left edge, and its lower one, where pick 1 is. */
   function offset() {
-    const most = session.draft.picks * zoom - layout.seen.height;
-    return { x: box.scrollLeft, y: Math.max(0, most) - box.scrollTop };
+    const most = layout.picks * zoom - layout.seen.height;
+    return { x: box.scrollLeft, y: most - box.scrollTop };
   }
 
   const xOf = (end, at) => (end - 1) * zoom - at.x;
@@ -75,9 +75,11 @@ export function showLoom(session) {
     const { seen, cell, rows, rowHeight, columns, columnWidth, plan } = layout;
     const first = { end: Math.floor(at.x / cell) + 1, pick: Math.floor(at.y / cell) + 1 };
     const last = {
-      end: Math.min(draft.ends, Math.ceil((at.x + seen.width) / cell)),
-      pick: Math.min(draft.picks, Math.ceil((at.y + seen.height) / cell)),
+      end: Math.min(layout.ends, Math.ceil((at.x + seen.width) / cell)),
+      pick: Math.min(layout.picks, Math.ceil((at.y + seen.height) / cell)),
     };
+    const e = (end) => (end - 1) % draft.ends;
+    const p = (pick) => (pick - 1) % draft.picks;
     context.clearRect(0, 0, layout.room.width, layout.room.height);
 
     const inside = (x, y, width, height, paint) => {
@@ -102,10 +104,10 @@ export function showLoom(session) {
     const inColor = byId("in-color").checked;
     inside(0, 0, seen.width, seen.height, () => {
       for (let pick = first.pick; pick <= last.pick; pick += 1) {
-        const row = draft.drawdown?.[pick - 1];
+        const row = draft.drawdown?.[p(pick)];
         for (let end = first.end; end <= last.end; end += 1) {
-          const isWarp = row?.[end - 1] === "1";
-          const thread = isWarp ? draft.end_colors[end - 1] : draft.pick_colors[pick - 1];
+          const isWarp = row?.[e(end)] === "1";
+          const thread = isWarp ? draft.end_colors[e(end)] : draft.pick_colors[p(pick)];
           context.fillStyle = inColor ? thread : isWarp ? "#1b1b1b" : "#f6f6f6";
           context.fillRect(xOf(end, at), yOf(pick, at), cell, cell);
         }
@@ -119,9 +121,9 @@ export function showLoom(session) {
     inside(0, seen.height, seen.width, layout.below, () => {
       for (let end = first.end; end <= last.end; end += 1) {
         const x = xOf(end, at);
-        context.fillStyle = draft.end_colors[end - 1];
+        context.fillStyle = draft.end_colors[e(end)];
         context.fillRect(x, seen.height + 3, cell, STRIP);
-        for (const shaft of draft.threading?.[end - 1] ?? []) {
+        for (const shaft of draft.threading?.[e(end)] ?? []) {
           mark(x, below + (shaft - 1) * rowHeight, cell, rowHeight);
         }
       }
@@ -132,9 +134,9 @@ export function showLoom(session) {
     inside(seen.width, 0, layout.beside, seen.height, () => {
       for (let pick = first.pick; pick <= last.pick; pick += 1) {
         const y = yOf(pick, at);
-        context.fillStyle = draft.pick_colors[pick - 1];
+        context.fillStyle = draft.pick_colors[p(pick)];
         context.fillRect(seen.width + 3, y, STRIP, cell);
-        for (const column of plan?.[pick - 1] ?? []) {
+        for (const column of plan?.[p(pick)] ?? []) {
           mark(beside + (column - 1) * columnWidth, y, columnWidth, cell);
         }
       }
@@ -151,6 +153,17 @@ export function showLoom(session) {
       });
       raster(beside, below, columns * columnWidth, rows * rowHeight, columnWidth, rowHeight, 0, 0);
     }
+
+    // What repeats is paler than the draft itself.
+    context.globalAlpha = 0.62;
+    context.fillStyle = color("--raised");
+    const [right, top] = [xOf(draft.ends + 1, at), yOf(draft.picks, at)];
+    if (right < seen.width) context.fillRect(right, 0, seen.width - right, layout.room.height);
+    if (top > 0) {
+      context.fillRect(0, 0, Math.min(right, seen.width), top);
+      context.fillRect(seen.width, 0, layout.beside, top);
+    }
+    context.globalAlpha = 1;
 
     function raster(x, y, width, height, dx, dy, shiftX, shiftY) {
       inside(x, y, width, height, () => {
@@ -200,7 +213,7 @@ export function showLoom(session) {
     const end = Math.floor((x + at.x) / zoom) + 1;
     const pick = Math.floor((layout.seen.height - y + at.y) / zoom) + 1;
     const { ends, picks } = session.draft;
-    return end <= ends && pick <= picks && pick >= 1 ? { end, pick } : null;
+    return { end: ((end - 1) % ends) + 1, pick: ((pick - 1) % picks) + 1 };
   }
 
   const same = (a, b) => a?.end === b?.end && a?.pick === b?.pick;

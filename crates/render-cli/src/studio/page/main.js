@@ -84,6 +84,7 @@ async function start() {
   showHistory(session);
   session.on("answer", () => {
     byId("name").textContent = [session.name, session.answer.title].filter(Boolean).join(" — ");
+    document.title = `${session.name} — Selvedge Studio`;
   });
   session.on("refused", (refusal) => {
     if (!refusal.name) tell(refusal.message ?? refusal.errors.join("\n"), true);

@@ -291,6 +291,7 @@ export function showParameters(session) {
       h("div", { class: "rows" }, groups.get(group).map(({ row }) => row)))));
 
   const heading = byId("chosen");
+  let said = "";
   const refresh = () => {
     const isOpen = entry.kind !== "type" || entry.selector;
     place.inert = !isOpen;
@@ -299,13 +300,16 @@ export function showParameters(session) {
       : isOpen
         ? "A tick overrides what this yarn has otherwise."
         : "No single rule names these threads: change the overrides that apply to them.";
-    heading.replaceChildren(
-      h("span", {}, `${entry.label} · ${threads(entry.tally)}`),
-      h("span", { class: "soft small" }, note),
-      entry.kind === "type" && entry.type.overrides.length
-        ? h("span", { class: "soft small" },
-          `${count(entry.type.overrides.length, "override")} in force: ${entry.type.overrides.join(", ")}`)
-        : "");
+    const { overrides } = entry.type;
+    const force = entry.kind === "type" && overrides.length
+      ? `${count(overrides.length, "override")} in force: ${overrides.join(", ")}`
+      : "";
+    // What is said aloud when it changes is put anew only then.
+    const texts = [`${entry.label} · ${threads(entry.tally)}`, note, force].filter(Boolean);
+    if (texts.join() !== said) {
+      said = texts.join();
+      heading.replaceChildren(...texts.map((text, index) => h("span", { class: index ? "soft small" : "" }, text)));
+    }
     for (const { update } of rows) update();
   };
   return (next) => {

@@ -95,9 +95,9 @@ export function showPicture(session) {
       spp: shown.spp,
       noise: shown.noise ?? "",
       full: shown.full,
-      done: shown.done && session.isCurrent(shown.revision),
     });
     last = shown;
+    settle();
     byId("wait").hidden = true;
     session.emit("shown", shown);
   }
@@ -110,12 +110,14 @@ export function showPicture(session) {
     next();
   });
 
+  // A picture is finished when it is of what was asked for last, which an answer may tell later than the frame.
+  const settle = () => {
+    canvas.dataset.done = Boolean(last?.done && session.isCurrent(last.revision));
+  };
   session.on("fabric view", () => {
     canvas.dataset.done = false;
   });
-  session.on("refused", () => {
-    canvas.dataset.done = last?.done ?? false;
-  });
+  session.on("answer refused", settle);
 
   // What lies over the picture: the ruler, and shade on all but what is pointed at.
   let mask = null;
