@@ -27,7 +27,6 @@ pub use self::{
     effort::{Effort, ProgressForm},
     eval::{Angles, EvalOptions, ParameterSetting, Place},
     image::{DiffOptions, ImageCommand, PictureConvertOptions, PictureInfoOptions, Target},
-    measure::{MeasureCommand, MeasureOptions},
     measure::{MeasureCommand, MeasureOptions, Table1Options},
     studio::StudioOptions,
 };
