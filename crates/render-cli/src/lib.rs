@@ -8,6 +8,7 @@
 //!
 //! [`command::draft`] looks at drafts alone, without cloth, and [`command::image`] at pictures. What
 //! [`command::measure`] finds becomes a [`report::Report`].
+//! [`bake`] makes pictures of a cloth for other programs. [`command::draft`] looks at drafts alone, without cloth, and [`command::image`] at pictures.
 //!
 //! World space is in metres, right-handed, z up. Cloth coordinates are lengths in metres, u along
 //! the weft and v along the warp. Radiance is linear, with the primaries of sRGB, in units in which

@@ -11,7 +11,7 @@ fn cloth_and_pictures_take_turns_and_what_is_missed_is_told() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("table1");
     let _ = fs::remove_dir_all(&folder);
     let mut command = Command::new(env!("CARGO_BIN_EXE_selvedge"));
-    command.args(["measure", "table1", "preset:silk-charmeuse", "-q", "--budget", "0.001"]);
+    command.args(["measure", "table1", "preset:wool-gabardine", "-q", "--budget", "0.001"]);
     let ended = command.args(["--map", "64", "--size", "24", "-o"]).arg(&folder).output().unwrap();
     // Pictures that small are no 100 MB.
     assert_eq!(ended.status.code(), Some(3), "{}", String::from_utf8_lossy(&ended.stderr));

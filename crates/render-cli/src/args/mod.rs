@@ -87,8 +87,9 @@ pub enum Command {
     /// Roughness, anisotropy and reflectances are fitted: for each type of yarn as warp and as weft, a
     /// glossy coat on a diffuse ground reflects as nearly as it can what the pieces of that yarn reflect
     /// on average. Errors are told: root mean squares over pairs of directions, relative to what is
-    /// fitted, of specular, diffuse, and of all of it seen from afar. A coat has no cone about each fibre,
-    /// so expect a third of the highlight to be off, not a hundredth.
+    /// fitted, of specular, diffuse, and of all of it seen from afar. A coat mirrors about a normal and not
+    /// into the cones of fibres: for the presets that leaves 33 to 73 % of the highlight, 16 to 43 % of the
+    /// diffuse and 26 to 45 % of all of it from afar.
     ///
     /// Exit codes: 0 done, 1 failed, 2 wrong command line. What fails leaves no folder behind; one that is
     /// there is replaced only if it is empty or was written so.

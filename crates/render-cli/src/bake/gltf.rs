@@ -76,7 +76,7 @@ pub fn scene(tile: &Tile, maps: &Maps, sheen: &Sheen) -> (Value, Vec<u8>) {
         (0..pictures.len()).map(|source| json!({ "sampler": 0, "source": source })).collect();
     let texture = |map: Map| {
         let index = pictures.iter().position(|other| *other == map);
-        json!({ "index": index.expect("every map of the material is a picture") })
+        json!({ "index": index })
     };
     let is_open = maps.texels.iter().any(|texel| texel.opacity < 1.0);
     let factor = maps.specular / PLASTIC;

@@ -47,7 +47,7 @@ impl Tile {
     pub fn new(mut cloth: Cloth, repeats: [u32; 2], pixels: Size) -> Result<Self, ClothError> {
         let mut is_evened = false;
         for yarn in &mut cloth.yarns {
-            let noise = yarn.noise.clone();
+            let noise = yarn.noise;
             let Noise { intensity, fineness, color, .. } = noise;
             yarn.noise = Noise { intensity, fineness, color, ..Noise::default() };
             is_evened |= noise.u_max > 0.0

@@ -239,7 +239,8 @@ pub(super) fn measure(
         "Maps of {0} × {0} pixels, with at least {TEXELS} to a thread where one repeat allows it. The far field is \
          that of the fitted material against that of the cloth, a root mean square over pairs of directions. A \
          glossy coat on a diffuse ground is not as dark as yarn where light grazes it: base colours were \
-         multiplied until the mean of the picture was that of the cloth.",
+         multiplied until the mean of the picture was that of the cloth. Where the cloth has gaps, the glossy sample has \
+         none.",
         options.map
     ));
     report.table(fits);
