@@ -89,9 +89,9 @@ async function start() {
   session.on("refused", (refusal) => {
     if (!refusal.name) tell(refusal.message ?? refusal.errors.join("\n"), true);
   });
+  showPresets(session);
   await session.start();
   showFiles(session);
-  await showPresets(session);
 }
 
 start().catch((error) => {
