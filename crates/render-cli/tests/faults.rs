@@ -9,7 +9,7 @@ fn exit_code(what: &str, fault: &str) -> Option<i32> {
     let place = tempfile::tempdir().unwrap();
     let mut command = Command::new(env!("CARGO_BIN_EXE_selvedge"));
     command.current_dir(place.path()).args(["measure", what, "preset:duchesse-satin", "-q"]);
-    command.args(["-o", "report", "--budget", "0.05"]);
+    command.args(["-o", "report", "--budget", "0.01"]);
     if !fault.is_empty() {
         command.args(["--fault", fault]);
     }

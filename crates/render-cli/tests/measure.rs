@@ -90,15 +90,23 @@ fn goniophotometer_tells_what_eval_tells_from_afar() {
 #[test]
 fn worst_inputs_can_be_looked_at() {
     let place = tempfile::tempdir().unwrap();
-    let arguments =
-        ["measure", "stability", "preset:duchesse-satin", "-o", "report", "-q", "--budget", "0.01"];
+    let arguments = [
+        "measure",
+        "stability",
+        "preset:wool-gabardine",
+        "-o",
+        "report",
+        "-q",
+        "--budget",
+        "0.005",
+    ];
     let output = selvedge(place.path(), &arguments);
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stdout));
     let report = fs::read_to_string(place.path().join("report/report.json")).unwrap();
     let report: Value = serde_json::from_str(&report).unwrap();
     let worst = report["tables"]["worst"].as_array().unwrap();
-    assert!(worst.len() > 20, "{worst:?}");
-    for row in worst.iter().step_by(7).filter(|row| row["what"] == "greatest error") {
+    assert!(worst.len() > 3, "{worst:?}");
+    for row in worst.iter().filter(|row| row["what"] == "greatest error") {
         let found = eval(place.path(), row["see it with selvedge eval"].as_str().unwrap());
         let f = |tier: &str| [0, 1, 2].map(|k| found["f"][tier][k].as_f64().unwrap());
         let (single, double) = (f("f32"), f("f64"));

@@ -1,7 +1,5 @@
 //! Tables of words and numbers, for pages, terminals and other programs.
 
-use std::fmt::Write;
-
 use serde_json::{Map, Value, json};
 
 use super::number::significant;
@@ -145,11 +143,10 @@ impl Table {
             let mut line = String::new();
             for (column, (cell, &width)) in row.iter().zip(&widths).enumerate() {
                 let gap = if column > 0 { "  " } else { "" };
-                let written = match is_number(column) {
-                    true => write!(line, "{gap}{cell:>width$}"),
-                    false => write!(line, "{gap}{cell:<width$}"),
-                };
-                written.expect("a string takes all");
+                line.push_str(&match is_number(column) {
+                    true => format!("{gap}{cell:>width$}"),
+                    false => format!("{gap}{cell:<width$}"),
+                });
             }
             text.push_str(line.trim_end());
             text.push('\n');

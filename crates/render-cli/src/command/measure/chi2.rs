@@ -244,9 +244,8 @@ fn three_ways(
             ThreeWay::new(options, &white, &*surface, tier, (side, options.count(count).max(16)));
         let mean = found.mean();
         let of = format!("{}, white, {}", subject.input, tier.name());
-        let apart = mean.max_element() - mean.min_element();
-        let what = format!("{of}: red, green and blue apart");
-        report.check(Check::new(what, apart, Limit::AtMost(BEYOND)));
+        let what = format!("{of}: red, green and blue apart, beyond their noise");
+        report.check(Check::new(what, found.apart(), Limit::AtMost(BEYOND)));
         let greatest = Limit::AtMost(1.0 + BEYOND);
         report.check(Check::new(format!("{of}: mean, greatest"), mean.max_element(), greatest));
         if white.combination == Combination::Layered {

@@ -13,7 +13,7 @@ pub(super) struct Faulty {
 }
 
 /// Cosine below which a direction is grazing.
-const GRAZING: f32 = 0.01;
+const GRAZING: f32 = 0.03;
 
 impl Faulty {
     /// f of `lobes`, of which the integral over the phase function is twice what the factor of the highlight
@@ -76,7 +76,7 @@ impl Surface for Faulty {
 
     fn sample_batch(&self, draws: &Draws<'_>, samples: Samples<'_>) {
         let Samples { wi, weight, pdf } = samples;
-        for k in 0..pdf.len() {
+        for (k, pdf) in pdf.iter_mut().enumerate() {
             let at = |parts: [&[f32]; 3]| parts.map(|part| part[k]);
             let uv = DVec2::new(draws.uv[0][k], draws.uv[1][k]);
             let sample = self.sample(uv, Vec3::from_array(at(draws.wo)), at(draws.xi));
@@ -86,7 +86,7 @@ impl Surface for Faulty {
                 wi[c][k] = sample.wi[c];
                 weight[c][k] = sample.weight[c];
             }
-            pdf[k] = sample.pdf;
+            *pdf = sample.pdf;
         }
     }
 
@@ -112,6 +112,8 @@ impl Surface for Faulty {
 mod tests {
     use std::{fs, path::PathBuf};
 
+    use serde_json::Value;
+
     use super::*;
     use crate::{
         Outcome,
@@ -126,42 +128,54 @@ mod tests {
         "yarn": { "psi": 0.5, "specular": 0.4, "color": 0.5 }
     }"#;
 
-    /// How `measure` ends for a sound shader, and for one with `fault`.
-    fn outcomes(measure: fn(MeasureOptions) -> MeasureCommand, fault: Fault) -> [Outcome; 2] {
+    /// Whether `measure` finds nothing wrong with a sound shader, and misses all checks of this kind with one
+    /// that has the `fault`.
+    fn is_caught(
+        measure: fn(MeasureOptions) -> MeasureCommand,
+        budget: f64,
+        fault: Fault,
+        checks: &str,
+    ) -> bool {
         let place = tempfile::tempdir().unwrap();
         let fabric = place.path().join("plain.json");
         fs::write(&fabric, FABRIC).unwrap();
-        [(None, "sound"), (Some(fault), "broken")].map(|(fault, name)| {
+        let [sound, broken] = [(None, "sound"), (Some(fault), "broken")].map(|(fault, name)| {
             let output: PathBuf = place.path().join(name);
             let options = MeasureOptions {
                 inputs: vec![fabric.clone()],
                 output: output.clone(),
-                budget: 0.05,
+                budget,
                 seed: 0,
                 threads: None,
                 quiet: true,
                 fault,
             };
             let outcome = run(&measure(options)).unwrap();
-            assert!(output.join("report.html").is_file(), "{name}");
-            outcome
-        })
+            let report = fs::read(output.join("report.json")).unwrap();
+            let report: Value = serde_json::from_slice(&report).unwrap();
+            let is_such = |check: &&Value| check["what"].as_str().unwrap().contains(checks);
+            let such = report["checks"].as_array().unwrap().iter().filter(is_such);
+            (outcome, such.map(|check| check["kept"].as_bool().unwrap()).collect::<Vec<_>>())
+        });
+        let is_sound = sound.0 == Outcome::Done && !sound.1.is_empty();
+        is_sound && broken.0 == Outcome::BelowThreshold && !broken.1.contains(&true)
     }
-
-    const CAUGHT: [Outcome; 2] = [Outcome::Done, Outcome::BelowThreshold];
 
     #[test]
     fn furnace_catches_a_phase_function_that_is_not_normalised() {
-        assert_eq!(outcomes(MeasureCommand::Furnace, Fault::Phase), CAUGHT);
+        let checks = "white yarns";
+        assert!(is_caught(MeasureCommand::Furnace, 0.05, Fault::Phase, checks));
     }
 
     #[test]
     fn chi2_catches_a_density_that_is_twice_too_high() {
-        assert_eq!(outcomes(MeasureCommand::Chi2, Fault::Pdf), CAUGHT);
+        let checks = "least chance";
+        assert!(is_caught(MeasureCommand::Chi2, 0.02, Fault::Pdf, checks));
     }
 
     #[test]
     fn stability_catches_what_is_no_number_at_grazing_directions() {
-        assert_eq!(outcomes(MeasureCommand::Stability, Fault::Grazing), CAUGHT);
+        let checks = "not finite";
+        assert!(is_caught(MeasureCommand::Stability, 0.005, Fault::Grazing, checks));
     }
 }

@@ -138,7 +138,12 @@ fn subjects(options: &MeasureOptions) -> anyhow::Result<Vec<Subject>> {
             .map(|k| if k == 1 { short.clone() } else { format!("{short}-{k}") })
             .find(|name| taken.insert(name.clone()))
             .expect("some number is free");
-        Ok(Subject { input: source.name().to_owned(), name, cloth, surface: Box::new(shader) })
+        Ok(Subject {
+            input: source.name().to_owned(),
+            name,
+            cloth,
+            surface: surface::surface(options, shader),
+        })
     });
     subjects.collect()
 }

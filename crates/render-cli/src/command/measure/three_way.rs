@@ -6,7 +6,7 @@ use selvedge_normalize::warp::square_to_cosine_hemisphere;
 use selvedge_yarn_brdf::Cloth;
 
 use super::{
-    albedo::{Points, Tier},
+    albedo::{Estimate, Points, Tier},
     map,
     surface::Surface,
 };
@@ -22,6 +22,17 @@ pub(super) struct ThreeWay {
     side: u32,
     /// By pixel; `None` beside the hemisphere.
     pixels: Vec<Option<DVec3>>,
+}
+
+/// Standard errors that are granted to each difference of two sums.
+const GRANTED: f64 = 5.0;
+
+/// Sets of points, which differ between neighbours, so that what is left of the noise is seen as such.
+const SETS: usize = 64;
+
+/// The set of a pixel: another one for each of a square of 8 by 8.
+fn set(side: u32, pixel: usize) -> usize {
+    (pixel % side as usize) % 8 + 8 * ((pixel / side as usize) % 8)
 }
 
 impl ThreeWay {
@@ -41,8 +52,7 @@ impl ThreeWay {
                 1.0 - covered.sum::<f64>() / points.len() as f64
             }
         };
-        // Neighbours differ in their points, so that what is left of the noise is seen as such.
-        let sets: Vec<(Points, f64)> = (0..64)
+        let sets: Vec<(Points, f64)> = (0..SETS)
             .into_par_iter()
             .map(|set| {
                 let points = Points::new(cloth, options.seed, set, count);
@@ -52,8 +62,7 @@ impl ThreeWay {
             .collect();
         let pixels = (0..side as usize * side as usize).into_par_iter().map(|pixel| {
             let wo = map::direction(side, pixel)?.as_vec3();
-            let set = (pixel % side as usize) % 8 + 8 * ((pixel / side as usize) % 8);
-            let (points, through) = &sets[set];
+            let (points, through) = &sets[set(side, pixel)];
             Some(three(surface, tier, points, wo) + *through)
         });
         Self { side, pixels: pixels.collect() }
@@ -63,6 +72,23 @@ impl ThreeWay {
     pub(super) fn mean(&self) -> DVec3 {
         let count = self.pixels.iter().flatten().count();
         self.pixels.iter().flatten().sum::<DVec3>() / count as f64
+    }
+
+    /// How far red, green and blue are apart, less what the noise of the sums may have added; NaN if one is.
+    pub(super) fn apart(&self) -> f64 {
+        let mut sums = vec![(DVec3::ZERO, 0u32); SETS];
+        for (pixel, share) in self.pixels.iter().enumerate() {
+            if let Some(DVec3 { x, y, z }) = *share {
+                let (sum, count) = &mut sums[set(self.side, pixel)];
+                *sum += DVec3::new(x - y, y - z, z - x);
+                *count += 1;
+            }
+        }
+        let means = sums.into_iter().filter(|(_, count)| *count > 0);
+        let means: Vec<DVec3> = means.map(|(sum, count)| sum / f64::from(count)).collect();
+        let Estimate { mean, error } = Estimate::of(&means);
+        let apart = mean.abs() - GRANTED * error;
+        if apart.is_nan() { f64::NAN } else { apart.max_element() }
     }
 
     /// As it is, on grey.

@@ -132,15 +132,12 @@ impl Plot {
         let mut text = format!("series,{},{}{ends}\n", csv_field(x), csv_field(y));
         for series in &self.series {
             for (index, [x, y]) in series.points.iter().enumerate() {
-                write!(text, "{},{x:?},{y:?}", csv_field(&series.name))
-                    .expect("a string takes all");
-                match series.intervals.get(index) {
-                    Some([low, high]) => write!(text, ",{low:?},{high:?}"),
-                    None if has_intervals => write!(text, ",,"),
-                    None => Ok(()),
-                }
-                .expect("a string takes all");
-                text.push('\n');
+                let ends = match series.intervals.get(index) {
+                    Some([low, high]) => format!(",{low:?},{high:?}"),
+                    None if has_intervals => ",,".to_owned(),
+                    None => String::new(),
+                };
+                text.push_str(&format!("{},{x:?},{y:?}{ends}\n", csv_field(&series.name)));
             }
         }
         text

@@ -162,7 +162,8 @@ impl Examination {
         }
         let error = (single - double).abs().max_element() / scale;
         // Only where it matters: telling takes longer than evaluating.
-        let is_flip = !(error < 1e-3) && {
+        let is_close = error < 1e-3;
+        let is_flip = !is_close && {
             let Tuple { uv, wi, wo } = *tuple;
             let shader = surface.shader();
             let lobes = shader.explain(uv, wi.single().as_dvec3(), wo.single().as_dvec3());
@@ -228,7 +229,8 @@ fn too_bright(
         let sums = (options.seed, options.count(POINTS));
         let found = albedo(surface, cloth, Tier::Batch, wo.single(), sums);
         let excess = found.mean + through - GRANTED * found.error;
-        !(excess.max_element() <= 1.0 + TOLERANCE)
+        let is_kept = excess.max_element() <= 1.0 + TOLERANCE;
+        !is_kept
     });
     directions.count() as u64
 }

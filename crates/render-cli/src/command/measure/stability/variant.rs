@@ -58,9 +58,10 @@ pub(super) fn variants(cloth: &Cloth) -> Vec<Variant> {
         for value in [parameter.low, parameter.high] {
             let setting = format!("{}={value:?}", parameter.name);
             let mut variant = variant(Group::Parameters, setting.clone(), Some(setting));
-            let yarns = variant.cloth.yarns.iter_mut();
-            let has = yarns.map(|yarn| parameter.set(yarn, value)).fold(false, |a, b| a || b);
-            if has && variant.cloth.yarns != cloth.yarns {
+            for yarn in &mut variant.cloth.yarns {
+                parameter.set(yarn, value);
+            }
+            if variant.cloth.yarns != cloth.yarns {
                 all.push(variant);
             }
         }
