@@ -128,7 +128,7 @@ pub struct Table1Options {
     pub map: u32,
 
     /// Width and height of the pictures in pixels, 16 to 4096
-    #[arg(long, value_name = "N", default_value_t = 320, value_parser = clap::value_parser!(u32).range(16..=4096))]
+    #[arg(long, value_name = "N", default_value_t = 240, value_parser = clap::value_parser!(u32).range(16..=4096))]
     pub size: u32,
 }
 

@@ -125,7 +125,9 @@ fn png(
         _ => ColorType::Rgba,
     });
     encoder.set_depth(depth);
-    encoder.set_compression(Compression::Fast);
+    // What is fast hardly makes words of smooth heights any smaller.
+    let is_wide = depth == BitDepth::Sixteen;
+    encoder.set_compression(if is_wide { Compression::Balanced } else { Compression::Fast });
     if map.is_color() {
         encoder.set_source_srgb(png::SrgbRenderingIntent::RelativeColorimetric);
     }

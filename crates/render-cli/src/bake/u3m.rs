@@ -76,7 +76,8 @@ pub fn material(tile: &Tile, maps: &Maps, drawdown: &Drawdown, name: &str, hash:
         "subsurface_color": { "constant": color(Vec3::ONE), "texture": null },
         "transmission": even(0.0),
     });
-    let now = timestamp();
+    let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
+    let now = timestamp(now);
     json!({
         "schema": "1.1",
         "material": {
@@ -145,9 +146,8 @@ fn identifier(tile: &Tile, hash: u64) -> String {
     )
 }
 
-/// Now, in UTC, as in `2026-01-31T12:00:00Z`.
-fn timestamp() -> String {
-    let seconds = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
+/// The time so many seconds after the beginning of 1970, in UTC, as in `2026-01-31T12:00:00Z`.
+fn timestamp(seconds: u64) -> String {
     let (days, rest) = (seconds / 86_400, seconds % 86_400);
     let is_leap = |year: u64| {
         year.is_multiple_of(4) && (!year.is_multiple_of(100) || year.is_multiple_of(400))
@@ -172,4 +172,21 @@ fn timestamp() -> String {
     }
     let (hour, minute, second) = (rest / 3600, rest / 60 % 60, rest % 60);
     format!("{year:04}-{month:02}-{:02}T{hour:02}:{minute:02}:{second:02}Z", day + 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_know_leap_years() {
+        for (seconds, expected) in [
+            (0, "1970-01-01T00:00:00Z"),
+            (951_782_400, "2000-02-29T00:00:00Z"),
+            (1_798_761_599, "2026-12-31T23:59:59Z"),
+            (4_107_542_400, "2100-03-01T00:00:00Z"),
+        ] {
+            assert_eq!(timestamp(seconds), expected, "{seconds}");
+        }
+    }
 }

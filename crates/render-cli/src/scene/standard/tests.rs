@@ -258,7 +258,8 @@ fn pictures_give_the_parameters_at_a_place() {
     assert!(left.normal.abs_diff_eq(Vec3::Z, 0.006), "{left:?}");
     // On its side, and so kept above the surface.
     assert!(right.normal.x > 0.99 && right.normal.z >= 0.0039, "{right:?}");
-    assert_eq!(left.facets, Ggx::new(1.0, 0.0));
+    // Black is −1.
+    assert_eq!(left.facets, Ggx::new(1.0, -1.0));
     assert_eq!(right.facets, Ggx::new(0.2, 1.0));
     assert_eq!((left.specular, left.grazing), (Vec3::ZERO, Vec3::ZERO));
     assert_eq!((right.specular, right.grazing), (Vec3::ONE, Vec3::ZERO));

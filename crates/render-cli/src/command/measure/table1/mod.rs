@@ -33,13 +33,13 @@ const MEMORY: f64 = 0.215;
 
 /// Rounds in which all shaders take turns, and those in bad cases.
 const ROUNDS: u64 = 5;
-const FEWER: u64 = 3;
+const FEWER: u64 = 2;
 
 /// Samples per pixel, those of references, the noise of adaptive runs and what ends them at the latest.
 const SPP: u64 = 16;
-const REFERENCE_SPP: u64 = 256;
-const NOISE: f64 = 0.06;
-const MOST_SPP: u64 = 256;
+const REFERENCE_SPP: u64 = 128;
+const NOISE: f64 = 0.08;
+const MOST_SPP: u64 = 128;
 
 /// The runs of a shader in one mode, in rounds.
 type Runs = [Vec<Run>; Shader::ALL.len()];
