@@ -21,7 +21,7 @@ fn cloth_and_pictures_take_turns_and_what_is_missed_is_told() {
     let table = rows("table1");
     assert_eq!(table.len(), 6, "{table:?}");
     assert_eq!((rows("ratios").len(), rows("bad-cases").len()), (2, 4));
-    // Both show the same: the base colour is adjusted until they do.
+    // Both show the same: reflectances are adjusted until they do.
     let [cloth, texture] = [0, 1].map(|row| table[row]["mean radiance"].as_f64().unwrap());
     assert!((cloth / texture - 1.0).abs() < 0.1, "{cloth} {texture}");
     // 64 × 64 texels of 3 + 3 + 1 + 3 + 1 bytes, 4/3 of that with smaller copies, and 1 kB each of what bytes

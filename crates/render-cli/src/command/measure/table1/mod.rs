@@ -38,7 +38,7 @@ const FEWER: u64 = 2;
 /// Samples per pixel, those of references, the noise of adaptive runs and what ends them at the latest.
 const SPP: u64 = 16;
 const REFERENCE_SPP: u64 = 128;
-const NOISE: f64 = 0.08;
+const NOISE: f64 = 0.05;
 const MOST_SPP: u64 = 128;
 
 /// The runs of a shader in one mode, in rounds.
@@ -52,9 +52,10 @@ pub(super) fn measure(
 ) -> anyhow::Result<Findings> {
     let mut report = Report::new(
         "Cloth beside pictures of it",
-        "A wrinkled sample of 20 cm under six lights, woven, with five maps baked from the same cloth, and \
-         plainly diffuse. Every run is a process of its own; the shaders take turns, and a ratio is that of \
-         neighbours. Given are medians, with the least and the greatest.",
+        "A wrinkled sample under six lights, its threads as many pixels wide as in `scene:wrinkled`: woven, \
+         with five maps baked from the same cloth, and plainly diffuse. Every run is a process of its own; the \
+         shaders take turns, and a ratio is that of neighbours. Given are medians, with the least and the \
+         greatest.",
     );
     let mut table = Table::new(
         "table1",
@@ -87,7 +88,7 @@ pub(super) fn measure(
             "texels per pick",
             "far field off by",
             "times as bright",
-            "base colour times",
+            "reflectances times",
         ],
     );
     let mut plots: BTreeMap<&str, Vec<([f64; 2], String)>> = BTreeMap::new();
@@ -238,7 +239,7 @@ pub(super) fn measure(
     report.paragraph(&format!(
         "Maps of {0} × {0} pixels, with at least {TEXELS} to a thread where one repeat allows it. The far field is \
          that of the fitted material against that of the cloth, a root mean square over pairs of directions. A \
-         glossy coat on a diffuse ground is not as dark as yarn where light grazes it: base colours were \
+         glossy coat on a diffuse ground is not as dark as yarn where light grazes it: reflectances were \
          multiplied until the mean of the picture was that of the cloth. Where the cloth has gaps, the glossy sample has \
          none.",
         options.map

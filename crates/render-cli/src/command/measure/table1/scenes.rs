@@ -91,7 +91,7 @@ pub(super) struct Scenes {
     pub(super) texels: [f64; 2],
     /// What is wrong with the material, seen from afar.
     pub(super) far: FarError,
-    /// What the base colour was multiplied by to be as bright here as the cloth.
+    /// What the reflectances were multiplied by to be as bright here as the cloth.
     pub(super) gain: f32,
 }
 
@@ -104,7 +104,7 @@ const MAPS: [(Map, usize, &str); 5] = [
     (Map::AnisotropyUv, 1, "anisotropy_map"),
 ];
 
-/// Rounds in which the base colour is adjusted.
+/// Rounds in which the reflectances are adjusted.
 const ROUNDS: usize = 3;
 
 impl Scenes {
@@ -225,10 +225,11 @@ fn scale(number: &mut Value, factor: f64) {
     *number = json!(factor * number.as_f64().expect("the scene has a number there"));
 }
 
-/// Multiplies the base colour, which stays a reflectance.
+/// Multiplies the reflectances of ground and coat, which stay such.
 fn brighten(maps: &mut Maps, factor: f32) {
-    let mean = &mut maps.mean;
-    for base in maps.texels.iter_mut().map(|texel| &mut texel.base).chain([&mut mean.base]) {
-        *base = (*base * factor).min(Vec3::ONE);
+    let Maps { texels, mean, .. } = maps;
+    for texel in texels.iter_mut().chain([mean]) {
+        texel.base = (texel.base * factor).min(Vec3::ONE);
+        texel.specular = (texel.specular * factor).min(Vec3::ONE);
     }
 }
