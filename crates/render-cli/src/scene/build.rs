@@ -327,7 +327,8 @@ impl PlaceFile {
 }
 
 impl LightFile {
-    fn build(&self, folder: &Path, at: &str) -> anyhow::Result<Vec<Light>> {
+    /// The lights that it stands for; paths start at `folder`, and `at` is where it stands.
+    pub(crate) fn build(&self, folder: &Path, at: &str) -> anyhow::Result<Vec<Light>> {
         let color = |color: Color| Vec3::from(color.0);
         Ok(vec![match *self {
             Self::Quad { centre, toward, size, radiance } => {

@@ -210,10 +210,10 @@ impl Scene {
         each.map(|standard| standard.bytes()).sum()
     }
 
-    /// Puts `material` in the place of every cloth.
-    pub fn replace_cloth(&mut self, material: &Material) {
+    /// Puts `material` in the place of all that is not [`Material::Matte`].
+    pub fn dress(&mut self, material: &Material) {
         for surface in &mut self.surfaces {
-            if let Material::Cloth { .. } = surface.material {
+            if !matches!(surface.material, Material::Matte(_)) {
                 surface.material = material.clone();
             }
         }

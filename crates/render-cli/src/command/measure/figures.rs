@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use selvedge_yarn_brdf::Cloth;
 use serde_json::json;
 
 use super::{Findings, Subject, tell_progress};
@@ -10,18 +9,20 @@ use crate::{
     args::MeasureOptions,
     fabric,
     image::Picture,
-    measure::figures::{
-        along_row, draped, drawdown, mean_luminance, sheet::sheet, textured, wrinkled,
-    },
+    measure::figures::{Setup, along_row, drawdown, mean_luminance, sheet::sheet, textured},
     render::film::{Film, Size},
     report::{Axis, Figure, Plot, Report, Series, Table},
     scene::Material,
 };
 
-/// Sides of the pictures of draped cloth, of drawdowns as high as those, and of the wrinkled sample.
+/// Sides of the pictures of draped cloth, of drawdowns beside them and their crossings, and of the wrinkled
+/// sample, in pixels.
 const DRAPED: [u32; 2] = [360, 240];
+const WEAVE: [u32; 2] = [120, 240];
 const CROSSING: u32 = 6;
-const SAMPLE: u32 = 150;
+const SAMPLE: u32 = 240;
+/// Where only the mean is asked for.
+const SMALL_SAMPLE: u32 = 75;
 
 /// Samples per pixel.
 const SPP: u32 = 16;
@@ -32,7 +33,7 @@ const FABRICS: [(&str, &str); 2] = [("a", "preset:fabric-a"), ("b", "preset:fabr
 /// The row across the left flank of the drape, as shares of the picture's sides, and its height in
 /// pixels.
 const ROW: f64 = 0.5;
-const FLANK: [f64; 2] = [0.1, 0.45];
+const FLANK: [f64; 2] = [0.14, 0.45];
 const ROWS: u32 = 5;
 
 /// Elevation of the lights of figure 11, degrees, and others for the first of them.
@@ -58,26 +59,36 @@ pub(super) fn measure(options: &MeasureOptions, subjects: &[Subject]) -> anyhow:
     let columns = ["figure", "what", "cloth", "texture-based"];
     let mut summary = Table::new("summary", columns);
     let mut rows = Vec::new();
-    let drawing = Drawing { spp, seed: options.seed };
-
-    rows.push(drawing.first(&mut report, options, subjects)?);
-    let mut fabric_a = None;
+    let scale = options.budget.sqrt().min(1.0);
+    let size = |[width, height]: [u32; 2]| {
+        let scaled = |side: u32| ((f64::from(side) * scale).round() as u32).max(16);
+        Size::new(scaled(width), scaled(height))
+    };
+    let mut fabrics = Vec::new();
     for (name, input) in FABRICS {
         let source = fabric::read(Path::new(input))?;
         let cloth = source.cloth(&source.draft().drawdown()?)?;
-        let materials = [Material::cloth(cloth.prepare()?), textured::material(&cloth)?];
-        rows.push(drawing.flank(&mut report, &mut summary, name, &materials)?);
-        fabric_a.get_or_insert(materials);
+        fabrics.push((name, [Material::cloth(cloth.prepare()?), textured::material(&cloth)?]));
     }
-    if let Some(materials) = fabric_a {
-        rows.extend(drawing.six_lights(&mut report, &mut summary, &materials)?);
+    let Some((_, [fabric_a, _])) = fabrics.first() else { anyhow::bail!("no fabric A") };
+    let mut draped = Setup::draped(fabric_a, spp, options.seed)?;
+    rows.push(first(&mut report, options, subjects, &mut draped, [size(DRAPED)?, size(WEAVE)?])?);
+    let mut both = Vec::new();
+    for (name, materials) in &fabrics {
+        let size = size(DRAPED)?;
+        let pictures = materials.each_ref().map(|material| draped.picture(material, size));
+        both.extend(flank(&mut report, &mut summary, name, pictures)?);
     }
+    rows.push(both);
+    let sizes = [size([SAMPLE; 2])?, size([SMALL_SAMPLE; 2])?];
+    let mut wrinkled = Setup::wrinkled(spp, options.seed)?;
+    rows.extend(six_lights(&mut report, &mut summary, &mut wrinkled, &fabrics[0].1, sizes)?);
 
     report.heading("All on one sheet");
     report.paragraph(
-        "From the top: the fabrics of figure 1 with their weaves; figures 9 and 10, draped fabric A and B, \
-         texture-based on the left and cloth on the right; figure 11, fabric A lit from six directions, \
-         above cloth and below texture-based.",
+        "From the top: the fabrics of figure 1 with their weaves; figures 9 and 10, draped fabrics A and B, \
+         texture-based and cloth of each; figure 11, fabric A lit from six directions, above cloth and below \
+         texture-based.",
     );
     let rows: Vec<Vec<&Film>> = rows.iter().map(|row| row.iter().collect()).collect();
     let picture = sheet(&rows)?;
@@ -86,168 +97,138 @@ pub(super) fn measure(options: &MeasureOptions, subjects: &[Subject]) -> anyhow:
     Ok(Findings { report, summary })
 }
 
-/// How pictures are drawn.
-struct Drawing {
-    spp: u32,
-    seed: u64,
+/// Figure 1: each cloth draped, and its weave.
+fn first(
+    report: &mut Report,
+    options: &MeasureOptions,
+    subjects: &[Subject],
+    setup: &mut Setup,
+    [size, weave_size]: [Size; 2],
+) -> anyhow::Result<Vec<Film>> {
+    report.heading("Figure 1: fabrics and their weaves");
+    let mut films = Vec::new();
+    for subject in subjects {
+        tell_progress(options, subject);
+        let draped = setup.picture(&Material::cloth(subject.cloth.prepare()?), size);
+        let weave = drawdown(&subject.cloth, weave_size, CROSSING);
+        let (name, input) = (&subject.name, &subject.input);
+        report.pictures(vec![
+            figure(&format!("{name}-draped"), input, &draped)?,
+            figure(&format!("{name}-weave"), &format!("{input}: its weave"), &weave)?,
+        ]);
+        films.extend([draped, weave]);
+    }
+    Ok(films)
 }
 
-impl Drawing {
-    /// Figure 1: each cloth draped, and its weave.
-    fn first(
-        &self,
-        report: &mut Report,
-        options: &MeasureOptions,
-        subjects: &[Subject],
-    ) -> anyhow::Result<Vec<Film>> {
-        report.heading("Figure 1: fabrics and their weaves");
-        let mut films = Vec::new();
-        for subject in subjects {
-            tell_progress(options, subject);
-            let material = Material::cloth(subject.cloth.prepare()?);
-            let [draped, weave] = [self.draped(&material)?, weave(&subject.cloth)?];
-            let name = &subject.name;
-            report.pictures(vec![
-                figure(&format!("{name}-draped"), &subject.input, &draped)?,
-                figure(&format!("{name}-weave"), &format!("{}: its weave", subject.input), &weave)?,
-            ]);
-            films.extend([draped, weave]);
-        }
-        Ok(films)
+/// Figure 9 or 10: a fabric draped, as cloth and as texture, and its brightness across the left flank.
+fn flank(
+    report: &mut Report,
+    summary: &mut Table,
+    name: &str,
+    [cloth, texture]: [Film; 2],
+) -> anyhow::Result<[Film; 2]> {
+    let number = if name == "a" { "9" } else { "10" };
+    report.heading(&format!("Figure {number}: fabric {}, draped", name.to_uppercase()));
+    report.pictures(vec![
+        figure(&format!("fabric-{name}-texture"), "texture-based", &texture)?,
+        figure(&format!("fabric-{name}-cloth"), "cloth", &cloth)?,
+    ]);
+    let lines = [&cloth, &texture].map(|film| along_row(film, ROW, FLANK, ROWS));
+    let plot = Plot::new(
+        &format!("flank-{name}"),
+        "Brightness along a line across the left flank",
+        Axis::new("place, part of the picture's width"),
+        Axis::new("luminance").from_to(0.0, 1.1 * greatest(&lines)),
+    );
+    report.plot(
+        SHADERS
+            .iter()
+            .zip(&lines)
+            .fold(plot, |plot, (shader, line)| plot.with(Series::line(shader, line.clone()))),
+    );
+    let peak = lines.each_ref().map(|line| greatest(std::slice::from_ref(line)));
+    let contrast = lines.each_ref().map(|line| contrast(line));
+    for (what, [cloth, texture]) in
+        [("greatest luminance on the flank", peak), ("greatest over median there", contrast)]
+    {
+        summary.row([number.into(), what.into(), cloth.into(), texture.into()]);
     }
+    Ok([texture, cloth])
+}
 
-    /// Figure 9 or 10: a fabric draped, by both shaders, and its brightness across the left flank.
-    fn flank(
-        &self,
-        report: &mut Report,
-        summary: &mut Table,
-        name: &str,
-        materials: &[Material; 2],
-    ) -> anyhow::Result<Vec<Film>> {
-        let number = if name == "a" { 9 } else { 10 };
-        let title = name.to_uppercase();
-        report.heading(&format!("Figure {number}: fabric {title}, draped"));
-        let films = [self.draped(&materials[0])?, self.draped(&materials[1])?];
-        let lines = films.each_ref().map(|film| along_row(film, ROW, FLANK, ROWS));
-        let [cloth, texture] = &films;
-        report.pictures(vec![
-            figure(&format!("fabric-{name}-texture"), "texture-based", texture)?,
-            figure(&format!("fabric-{name}-cloth"), "cloth", cloth)?,
-        ]);
-        let plot = Plot::new(
-            &format!("flank-{name}"),
-            "Brightness along a line across the left flank",
-            Axis::new("place, part of the picture's width"),
-            Axis::new("luminance").from_to(0.0, 1.1 * greatest(&lines)),
-        );
-        report.plot(
-            SHADERS
-                .iter()
-                .zip(&lines)
-                .fold(plot, |plot, (shader, line)| plot.with(Series::line(shader, line.clone()))),
-        );
-        let figure = format!("{number}");
-        let contrast = lines.each_ref().map(|line| contrast(line));
-        let peak = lines.each_ref().map(|line| greatest(std::slice::from_ref(line)));
-        for (what, [cloth, texture]) in
-            [("greatest luminance on the flank", peak), ("greatest over median there", contrast)]
-        {
-            summary.row([figure.as_str().into(), what.into(), cloth.into(), texture.into()]);
+/// Figure 11: the wrinkled sample under each of six lights, and under one at other elevations.
+fn six_lights(
+    report: &mut Report,
+    summary: &mut Table,
+    setup: &mut Setup,
+    materials: &[Material; 2],
+    [size, small]: [Size; 2],
+) -> anyhow::Result<[Vec<Film>; 2]> {
+    report.heading("Figure 11: a wrinkled sample lit from six directions");
+    report.paragraph(&format!(
+        "Fabric A, wrinkled but level, seen from above; one light at a time, {ELEVATION}° above it, from +x \
+         on counter-clockwise."
+    ));
+    let mut rows = [Vec::new(), Vec::new()];
+    for light in 1..=6 {
+        setup.light(light, ELEVATION)?;
+        for (row, material) in rows.iter_mut().zip(materials) {
+            row.push(setup.picture(material, size));
         }
-        let [cloth, texture] = films;
-        Ok(vec![texture, cloth])
     }
+    let columns = ["direction, °", "mean luminance, cloth", "texture-based"];
+    let mut table = Table::new("directions", columns);
+    let means = rows.each_ref().map(|row| {
+        let means = row.iter().enumerate();
+        means.map(|(light, film)| [60.0 * light as f64, mean_luminance(film)]).collect::<Vec<_>>()
+    });
+    for (cloth, texture) in means[0].iter().zip(&means[1]) {
+        table.row([cloth[0].into(), cloth[1].into(), texture[1].into()]);
+    }
+    for ((shader, name), row) in SHADERS.iter().zip(["cloth", "texture"]).zip(&rows) {
+        let films = sheet(&[row.iter().collect()])?;
+        report.pictures(vec![Figure::new(&format!("wrinkled-{name}"), shader, &films)?]);
+    }
+    report.table(table);
 
-    /// Figure 11: the wrinkled sample under each of six lights, and under one at other elevations.
-    fn six_lights(
-        &self,
-        report: &mut Report,
-        summary: &mut Table,
-        materials: &[Material; 2],
-    ) -> anyhow::Result<[Vec<Film>; 2]> {
-        report.heading("Figure 11: a wrinkled sample lit from six directions");
-        report.paragraph(&format!(
-            "Fabric A, wrinkled but level, seen from above; one light at a time, {ELEVATION}° above it, \
-             from +x on counter-clockwise."
-        ));
-        let size = Size::new(SAMPLE, SAMPLE)?;
-        let under = |material: &Material, light: [u32; 2]| {
-            wrinkled(material, light, size, self.spp, self.seed)
-        };
-        let rows = materials.each_ref().map(|material| -> anyhow::Result<Vec<Film>> {
-            (1..=6).map(|light| under(material, [light, ELEVATION])).collect()
-        });
-        let [cloth, texture] = rows;
-        let rows = [cloth?, texture?];
-        let columns = ["direction, °", "mean luminance, cloth", "texture-based"];
-        let mut table = Table::new("directions", columns);
-        let means = rows.each_ref().map(|row| row.iter().map(mean_luminance).collect::<Vec<_>>());
-        for light in 0..6 {
-            let direction = 60.0 * light as f64;
-            table.row([direction.into(), means[0][light].into(), means[1][light].into()]);
+    // Against the sine, which a diffuse sheet would follow.
+    let mut lines = [Vec::new(), Vec::new()];
+    for elevation in ELEVATIONS {
+        setup.light(1, elevation)?;
+        let sine = f64::from(elevation).to_radians().sin();
+        for (line, material) in lines.iter_mut().zip(materials) {
+            let mean = mean_luminance(&setup.picture(material, small));
+            line.push([f64::from(elevation), mean / sine]);
         }
-        for (shader, row) in SHADERS.iter().zip(&rows) {
-            let films = sheet(&[row.iter().collect()])?;
-            let name = format!("wrinkled-{}", if *shader == "cloth" { "cloth" } else { "texture" });
-            report.pictures(vec![Figure::new(&name, shader, &films)?]);
-        }
-        report.table(table);
-        let over_direction = |means: &Vec<f64>| {
-            let points = means.iter().enumerate();
-            points.map(|(light, mean)| [60.0 * light as f64, *mean]).collect::<Vec<_>>()
-        };
-        let lines = means.each_ref().map(over_direction);
-        let mut plots = vec![plot(
+    }
+    report.plots(vec![
+        plot(
             "mean-over-direction",
             "Mean luminance over the direction of the light",
             "direction, °",
-            &lines,
-        )];
-
-        // Against the cosine, which a diffuse sheet would follow.
-        let over_elevation =
-            materials.each_ref().map(|material| -> anyhow::Result<Vec<[f64; 2]>> {
-                let points = ELEVATIONS.iter().map(|&elevation| {
-                    let sine = f64::from(elevation).to_radians().sin();
-                    Ok([
-                        f64::from(elevation),
-                        mean_luminance(&under(material, [1, elevation])?) / sine,
-                    ])
-                });
-                points.collect()
-            });
-        let [cloth, texture] = over_elevation;
-        let lines = [cloth?, texture?];
-        plots.push(plot(
+            &means,
+        ),
+        plot(
             "mean-over-elevation",
             "Mean luminance of the first light, over the sine of its elevation",
             "elevation, °",
             &lines,
-        ));
-        report.plots(plots);
-
-        let spread = means.each_ref().map(|means| {
-            means.iter().copied().fold(0.0, f64::max)
-                / means.iter().copied().fold(f64::INFINITY, f64::min)
-        });
-        let grazing = lines.each_ref().map(|line| line[0][1] / line[line.len() - 1][1]);
-        for (what, [cloth, texture]) in [
-            ("brightest over darkest of six directions", spread),
-            ("brightness per irradiance, light at 8° over at 80°", grazing),
-        ] {
-            summary.row(["11".into(), what.into(), cloth.into(), texture.into()]);
-        }
-        report.fact("elevation_deg", json!(ELEVATION));
-        Ok(rows)
+        ),
+    ]);
+    let spread = means.each_ref().map(|line| {
+        let least = line.iter().map(|point| point[1]).fold(f64::INFINITY, f64::min);
+        greatest(std::slice::from_ref(line)) / least
+    });
+    let grazing = lines.each_ref().map(|line| line[0][1] / line[line.len() - 1][1]);
+    for (what, [cloth, texture]) in [
+        ("brightest over darkest of six directions", spread),
+        ("brightness per irradiance, light at 8° over at 80°", grazing),
+    ] {
+        summary.row(["11".into(), what.into(), cloth.into(), texture.into()]);
     }
-
-    fn draped(&self, material: &Material) -> anyhow::Result<Film> {
-        draped(material, Size::new(DRAPED[0], DRAPED[1])?, self.spp, self.seed)
-    }
-}
-
-fn weave(cloth: &Cloth) -> anyhow::Result<Film> {
-    Ok(drawdown(cloth, Size::new(DRAPED[1], DRAPED[1])?, CROSSING))
+    report.fact("elevation_deg", json!(ELEVATION));
+    Ok(rows)
 }
 
 fn figure(name: &str, caption: &str, film: &Film) -> anyhow::Result<Figure> {

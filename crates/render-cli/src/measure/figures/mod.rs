@@ -3,7 +3,7 @@
 pub mod sheet;
 pub mod textured;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use glam::Vec3;
@@ -16,8 +16,10 @@ use crate::{
         progressive::Limits,
     },
     scene::{
-        Material, Scene,
+        Material, Scene, SceneError,
         drape::DEFAULT_SIDE,
+        file::SceneFile,
+        light::Lights,
         source::{self, Source},
     },
 };
@@ -35,69 +37,93 @@ pub fn mean_luminance(film: &Film) -> f64 {
     film.pixels().iter().map(|color| luminance(*color)).sum::<f64>() / film.pixels().len() as f64
 }
 
-/// `material` in the built-in scene, draped.
-///
-/// # Errors
-///
-/// As [`Scene::built_in`].
-pub fn draped(material: &Material, size: Size, spp: u32, seed: u64) -> anyhow::Result<Film> {
-    let scene = Scene::built_in(material.clone(), DEFAULT_SIDE)?;
-    Ok(draw(&scene, size, spp, seed))
+/// A scene of which materials and lights are changed from picture to picture.
+#[derive(Debug)]
+pub struct Setup {
+    scene: Scene,
+    /// Samples per pixel.
+    spp: u32,
+    /// Chooses the noise.
+    seed: u64,
 }
 
-/// `material` on the wrinkled sample of `scene:wrinkled`, lit from `light` of its six directions, 1 to 6,
-/// `elevation` degrees above the sample.
-///
-/// # Errors
-///
-/// When the scene cannot be built.
-pub fn wrinkled(
-    material: &Material,
-    [light, elevation]: [u32; 2],
-    size: Size,
-    spp: u32,
-    seed: u64,
-) -> anyhow::Result<Film> {
-    let settings = [
-        format!("lights.0.rig.only={light}"),
-        format!("lights.0.rig.elevation_deg={elevation}"),
-        format!("film.size=[{},{}]", size.width(), size.height()),
-    ];
+impl Setup {
+    /// The built-in scene, draped with `material`.
+    ///
+    /// # Errors
+    ///
+    /// As [`Scene::built_in`].
+    pub fn draped(material: &Material, spp: u32, seed: u64) -> Result<Self, SceneError> {
+        let scene = Scene::built_in(material.clone(), DEFAULT_SIDE)?;
+        Ok(Self { scene, spp, seed })
+    }
+
+    /// The wrinkled sample of `scene:wrinkled`.
+    ///
+    /// # Errors
+    ///
+    /// When the scene cannot be built.
+    pub fn wrinkled(spp: u32, seed: u64) -> anyhow::Result<Self> {
+        let (file, folder) = wrinkled(&[])?;
+        let scene = file.build(&folder, None)?.scene;
+        Ok(Self { scene, spp, seed })
+    }
+
+    /// Lets one light of the six alone shine, 1 to 6, so many degrees above the sample.
+    ///
+    /// # Errors
+    ///
+    /// When there is no such light.
+    pub fn light(&mut self, which: u32, elevation: u32) -> anyhow::Result<()> {
+        let settings = [
+            format!("lights.0.rig.only={which}"),
+            format!("lights.0.rig.elevation_deg={elevation}"),
+        ];
+        let (file, folder) = wrinkled(&settings)?;
+        let lights = file.lights.iter().map(|light| light.build(&folder, "lights"));
+        let lights = lights.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect();
+        self.scene.lights = Lights::new(lights, self.scene.geometry().extent());
+        Ok(())
+    }
+
+    /// A picture of it with `material` in the place of what is shown.
+    pub fn picture(&mut self, material: &Material, size: Size) -> Film {
+        self.scene.dress(material);
+        let limits = Limits { spp: self.spp, time: None, noise: None };
+        expose(&self.scene, Frame::whole(size), limits, self.seed, None).beauty()
+    }
+}
+
+/// The file of `scene:wrinkled` with these settings, and the folder of its paths.
+fn wrinkled(settings: &[String]) -> anyhow::Result<(SceneFile, PathBuf)> {
     let settings = settings.iter().map(|text| text.parse().map_err(anyhow::Error::msg));
     let settings: Vec<_> = settings.collect::<Result<_, _>>()?;
-    let Source::Scene(file, folder) = source::read(Path::new("scene:wrinkled"), &settings)? else {
-        bail!("scene:wrinkled: found a cloth, expected a scene");
-    };
-    let mut scene = file.build(&folder, None)?.scene;
-    scene.replace_cloth(material);
-    Ok(draw(&scene, size, spp, seed))
-}
-
-fn draw(scene: &Scene, size: Size, spp: u32, seed: u64) -> Film {
-    let limits = Limits { spp, time: None, noise: None };
-    expose(scene, Frame::whole(size), limits, seed, None).beauty()
+    match source::read(Path::new("scene:wrinkled"), &settings)? {
+        Source::Scene(file, folder) => Ok((*file, folder)),
+        Source::Cloth(_) => bail!("scene:wrinkled: found a cloth, expected a scene"),
+    }
 }
 
 /// The weave as a drawdown of `size`, `pixels` wide and high for each crossing: the colours of the threads
-/// on top, end 1 at the left and pick 1 at the lower edge.
+/// on top, end 1 at the left and pick 1 at the lower edge, with a line along either side of each thread
+/// where that is not too narrow.
 pub fn drawdown(cloth: &Cloth, size: Size, pixels: u32) -> Film {
     let mut film = Film::black(size);
     let (width, height) = (size.width(), size.height());
+    let pixels = pixels.max(1);
     for (index, color) in film.pixels_mut().iter_mut().enumerate() {
         let (x, y) = (index as u32 % width, height - 1 - index as u32 / width);
-        let [end, pick] = [x / pixels, y / pixels].map(i64::from);
+        let [end, pick] = [x / pixels, y / pixels];
         let weave = &cloth.weave;
-        let thread = |index: i64, count: u32| (index % i64::from(count.max(1))) as usize;
-        let yarn = if weave.warp_on_top(end, pick) {
-            cloth.end_yarns.get(thread(end, weave.ends()))
+        let (yarn, across) = if weave.warp_on_top(end.into(), pick.into()) {
+            (cloth.end_yarns.get((end % weave.ends()) as usize), x)
         } else {
-            cloth.pick_yarns.get(thread(pick, weave.picks()))
+            (cloth.pick_yarns.get((pick % weave.picks()) as usize), y)
         };
+        let is_edge = pixels > 3 && across % pixels == 0;
         let yarn = yarn.and_then(|&yarn| cloth.yarns.get(usize::from(yarn)));
-        // A line between threads.
-        let is_edge = pixels > 3 && (x % pixels == 0 || y % pixels == 0);
-        *color = yarn.map_or(Vec3::ZERO, |yarn| Vec3::from(yarn.color))
-            * if is_edge { 0.5 } else { 1.0 };
+        let shade = if is_edge { 0.3 } else { 1.0 };
+        *color = yarn.map_or(Vec3::ZERO, |yarn| Vec3::from(yarn.color)) * shade;
     }
     film
 }

@@ -56,6 +56,10 @@ impl<'a> Walk<'a> {
     }
 
     /// The next filament that the ray crosses.
+    ///
+    /// # Errors
+    ///
+    /// [`End`] when there is none.
     pub fn next_crossing(&mut self) -> Result<Foot, End> {
         let radius = self.strand.filament_radius;
         let least = 0.02 * radius;

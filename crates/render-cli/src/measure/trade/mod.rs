@@ -121,12 +121,16 @@ pub fn scene(shader: Shader) -> Result<Scene, SceneError> {
     Scene::built_in(Material::cloth(shader), DEFAULT_SIDE)
 }
 
+/// The cloth of a shader that others hold too.
+pub fn woven(shader: &Arc<Shader>) -> Material {
+    Material::Cloth { shader: shader.clone(), is_open: shader.has_gaps() }
+}
+
 /// Draws `shader`'s cloth in the place of the reference's as `way` has it, and compares it with the
 /// reference after each pass. The time of comparing does not count.
 pub fn draw(reference: &mut Reference, shader: &Arc<Shader>, way: &Way, seed: u64) -> Run {
     let Reference { scene, picture: truth, frame, .. } = reference;
-    let is_open = shader.has_gaps();
-    scene.replace_cloth(&Material::Cloth { shader: shader.clone(), is_open });
+    scene.dress(&woven(shader));
     scene.tier = way.tier;
     scene.detail.level = way.level;
     let points = Mutex::new(Vec::new());

@@ -56,12 +56,14 @@ pub fn time_of(points: &[Point], value: f64, of: impl Fn(&Point) -> f64) -> Opti
     Some(between([of(&pair[0]), of(&pair[1])], [pair[0].seconds, pair[1].seconds], value))
 }
 
-/// The value at `x` between two, both on logarithmic scales.
+/// The value at `at` between two, both on logarithmic scales; exactly theirs at both ends.
 fn between(x: [f64; 2], y: [f64; 2], at: f64) -> f64 {
+    if let Some(end) = [1, 0].into_iter().find(|&end| x[end] == at) {
+        return y[end];
+    }
     let [x0, x1, at] = [x[0], x[1], at].map(|x| x.max(1e-30).ln());
     let [y0, y1] = y.map(|y| y.max(1e-30).ln());
-    let t = if x1 == x0 { 1.0 } else { (at - x0) / (x1 - x0) };
-    (y0 + t * (y1 - y0)).exp()
+    (y0 + (at - x0) / (x1 - x0) * (y1 - y0)).exp()
 }
 
 /// Indices of those of `points`, [cost, error], that no other is at least as good as in both and better in

@@ -1,8 +1,9 @@
 //! `selvedge measure trade`.
 
-use std::sync::Arc;
+mod equal;
+mod ways;
 
-use selvedge_yarn_brdf::Instructions;
+use std::sync::Arc;
 
 use super::{Findings, Subject, tell_progress};
 use crate::{
@@ -10,10 +11,11 @@ use crate::{
     image::Picture,
     measure::trade::{
         Point, Run, Way, draw,
-        normalization::{Search, Yarns},
+        normalization::Yarns,
         prepare,
         reference::{self, Reference},
-        statistics::{Estimate, at_time, front, time_of},
+        statistics::{Estimate, front},
+        woven,
     },
     render::{
         detail::{Level, Tier},
@@ -25,19 +27,14 @@ use crate::{
 /// Runs of each way, each with a seed of its own.
 const SEEDS: u64 = 5;
 
-/// The picture of which the middle is drawn, as large as those of `selvedge render`; pixels of that part,
-/// which has sides of 3 to 2; and samples of a pixel in each half of the reference and in the longest run.
-const WHOLE: [u32; 2] = [960, 640];
+/// The picture of which the middle is drawn, so small that threads are about as wide as pixels; pixels of
+/// that part, which has sides of 3 to 2; and samples of a pixel in each half of the reference.
+const WHOLE: [u32; 2] = [480, 320];
 const PIXELS: f64 = 96.0 * 64.0;
 const REFERENCE_SPP: u32 = 512;
-const MOST_SPP: u32 = 64;
 
 /// What way is advised for, FLIP.
-const GOALS: [f64; 4] = [0.1, 0.05, 0.03, 0.02];
-
-/// The way that others are held against, at this many samples per pixel.
-const USUAL: &str = "usual";
-const USUAL_SPP: u32 = 16;
+const GOALS: [f64; 4] = [0.1, 0.07, 0.05, 0.03];
 
 pub(super) fn measure(options: &MeasureOptions, subjects: &[Subject]) -> anyhow::Result<Findings> {
     let mut report = Report::new(
@@ -45,11 +42,11 @@ pub(super) fn measure(options: &MeasureOptions, subjects: &[Subject]) -> anyhow:
         "Each cloth, draped in the built-in scene, is drawn in many ways, and each picture on its way is \
          compared with one that is taken for the true one.",
     );
-    let (frame, ways) = (frame(options)?, ways(options));
+    let (frame, ways) = (frame(options)?, ways::all(options));
     let size = frame.crop_size();
     report.paragraph(&format!(
-        "Pictures are the middle {}x{} pixels of {}x{}. Each way is run {SEEDS} times with other noise, in turns with all \
-         others; numbers are means with intervals that hold the true mean with 95 %. Seconds are those of \
+        "Pictures are the middle {}x{} pixels of {}x{}. Each way is run {SEEDS} times with other noise, \
+         in turns with all others; numbers are means with intervals that hold the true mean with 95 %. Seconds are those of \
          drawing on {} threads; preparing the cloth and comparing pictures do not count. The worst pixel \
          is the greatest difference of a component, in linear values.",
         size.width(),
@@ -58,8 +55,7 @@ pub(super) fn measure(options: &MeasureOptions, subjects: &[Subject]) -> anyhow:
         frame.size().height(),
         rayon::current_num_threads()
     ));
-    let list = ways_table(&ways);
-    report.table(list);
+    report.table(ways::table(&ways));
     let mut advice =
         Table::new("advice", ["cloth", "FLIP at most", "choose", "spp", "seconds", "relMSE"]);
     let mut fronts = Plot::new(
@@ -92,77 +88,6 @@ fn frame(options: &MeasureOptions) -> anyhow::Result<Frame> {
     Ok(Frame::cropped(Size::new(width, height)?, crop)?)
 }
 
-/// Samples per pixel within the budget: a power of two, at least 4.
-fn spp(options: &MeasureOptions, most: u32) -> u32 {
-    let most = f64::from(most) * options.budget.sqrt();
-    (most as u32).clamp(4, 1 << 15).next_power_of_two()
-}
-
-/// All ways that are tried, the usual one first.
-fn ways(options: &MeasureOptions) -> Vec<Way> {
-    let most = spp(options, MOST_SPP);
-    let some = most / 4;
-    let mut ways = vec![Way::usual(USUAL, most)];
-    for (name, level) in [("near", Level::Near), ("far", Level::Far)] {
-        ways.push(Way { level, ..Way::usual(name, most) });
-    }
-    ways.push(Way { is_other_highlight: true, ..Way::usual("other highlight", most) });
-    for noise in [0.2, 0.1, 0.05] {
-        let mut way = Way::usual(&format!("noise {noise}"), 4 * most);
-        way.limits.noise = Some(noise);
-        ways.push(way);
-    }
-    for (directions, samples) in [(8, 16), (32, 128), (128, 1024)] {
-        let search = Some(Search { directions, samples });
-        let name = format!("{directions} x {samples} samples");
-        ways.push(Way { search, ..Way::usual(&name, some) });
-    }
-    // What is far is not shaded by batches, so tiers are told apart near.
-    let near = |name: &str, spp| Way { level: Level::Near, ..Way::usual(name, spp) };
-    ways.push(Way { tier: Tier::Single, ..near("near, single points", some) });
-    ways.push(Way { tier: Tier::Reference, ..near("near, single points, f64", some / 2) });
-    let available = Instructions::available();
-    for &instructions in &available[..available.len().saturating_sub(1)] {
-        let name = format!("near, batches, {instructions:?}").to_lowercase();
-        ways.push(Way { instructions: Some(instructions), ..near(&name, some) });
-    }
-    ways
-}
-
-fn ways_table(ways: &[Way]) -> Table {
-    let mut table = Table::new("ways", ["way", "what differs from the usual one"]);
-    for way in ways {
-        let best = Instructions::available().last().map(|best| format!("{best:?}").to_lowercase());
-        let what = match (way.search, way.limits.noise) {
-            (Some(Search { directions, samples }), _) => format!(
-                "the factor of the highlight is sought among {directions} directions with {samples} \
-                 samples each, not by quadrature"
-            ),
-            (_, Some(noise)) => format!("adaptive: until the noise of each tile is {noise}"),
-            _ if way.is_other_highlight => {
-                "a window of δ = 0.3 where the cloth has rough fibres, and rough fibres of σ = 0.15 where \
-                 it has a window: another look, whose error is no noise"
-                    .to_owned()
-            }
-            _ if way.tier == Tier::Single => "as near, one place after the other".to_owned(),
-            _ if way.tier == Tier::Reference => {
-                "as near, one place after the other, in f64".to_owned()
-            }
-            _ if way.instructions.is_some() => "as near, with older instructions".to_owned(),
-            _ if way.level == Level::Near => "each thread is shaded, however small".to_owned(),
-            _ if way.level == Level::Far => {
-                "all threads together are shaded, however large".to_owned()
-            }
-            _ => format!(
-                "batches, {}, f32; threads as far as they can be seen; quadrature",
-                best.unwrap_or_default()
-            ),
-        };
-        table.row([way.name.as_str().into(), what.into()]);
-    }
-    table
-}
-
 /// All runs of a cloth.
 struct Trade<'a> {
     subject: &'a Subject,
@@ -193,7 +118,7 @@ impl<'a> Trade<'a> {
         ways: &'a [Way],
     ) -> anyhow::Result<Self> {
         let folder = reference::folder();
-        let spp = spp(options, REFERENCE_SPP);
+        let spp = ways::spp(options, REFERENCE_SPP);
         let cloth = &subject.cloth;
         let mut reference = Reference::new(cloth, frame, spp, folder.as_deref())?;
         let usual = Arc::new(prepare(cloth, &ways[0])?);
@@ -205,15 +130,22 @@ impl<'a> Trade<'a> {
                 false => Ok(usual.clone()),
             })
             .collect::<anyhow::Result<_>>()?;
+        // Factors change from run to run, the rest of the cloth does not.
+        let mut searched = None;
         let mut runs = vec![Vec::new(); ways.len()];
         for seed in (0..SEEDS).map(|seed| options.seed.wrapping_add(seed)) {
             for (index, way) in ways.iter().enumerate() {
                 let run = match way.search {
                     None => draw(&mut reference, &shaders[index], way, seed),
                     Some(search) => {
-                        let mut shader = prepare(cloth, way)?;
+                        let mut shader = searched.take().map_or_else(|| prepare(cloth, way), Ok)?;
                         yarns.rescale(&mut shader, &usual, search, seed)?;
-                        draw(&mut reference, &Arc::new(shader), way, seed)
+                        let shader = Arc::new(shader);
+                        let run = draw(&mut reference, &shader, way, seed);
+                        // The scene lets go of it.
+                        reference.scene.dress(&woven(&usual));
+                        searched = Arc::into_inner(shader);
+                        run
                     }
                 };
                 runs[index].push(run);
@@ -280,7 +212,7 @@ impl<'a> Trade<'a> {
             self.plot(&means, &front, "flip", "FLIP", |mean| mean.flip),
             self.plot(&means, &front, "relmse", "relMSE", |mean| mean.relmse),
         ]);
-        report.table(self.equal());
+        report.table(equal::table(&format!("{}-equal", self.subject.name), self.ways, &self.runs));
         self.pictures(report)?;
         report.table(self.all_points(&means, &front));
 
@@ -405,64 +337,6 @@ impl<'a> Trade<'a> {
         }
         let points = front.iter().map(|mean| [mean.seconds.mean, of(mean).mean]).collect();
         plot.with(Series::line("what nothing beats in FLIP", points))
-    }
-
-    /// Errors at the time, and times at the error, of the usual way.
-    fn equal(&self) -> Table {
-        let columns = [
-            "way",
-            "FLIP in equal time, ratio",
-            "±",
-            "relMSE in equal time, ratio",
-            "±",
-            "time to equal FLIP, ratio",
-            "±",
-            "time to equal relMSE, ratio",
-            "±",
-        ];
-        let mut table = Table::new(&format!("{}-equal", self.subject.name), columns);
-        for (way, runs) in self.ways.iter().zip(&self.runs) {
-            let ratios = |ratio: &dyn Fn(&Run, &Point, &[Point]) -> Option<f64>| {
-                let ratios: Option<Vec<f64>> = runs
-                    .iter()
-                    .zip(&self.runs[0])
-                    .map(|(run, usual)| {
-                        let at =
-                            usual.points.iter().find(|point| point.spp >= f64::from(USUAL_SPP));
-                        ratio(run, at.or(usual.points.last())?, &usual.points)
-                    })
-                    .collect();
-                ratios.map(|ratios| Estimate::of(&ratios))
-            };
-            // An adaptive run has one point: the usual way is then read at its time and its error.
-            let is_adaptive = way.limits.noise.is_some();
-            let error = |of: fn(&Point) -> f64| {
-                ratios(&|run, at, usual| match is_adaptive {
-                    true => {
-                        let own = run.points.last()?;
-                        Some(of(own) / at_time(usual, own.seconds, of)?)
-                    }
-                    false => Some(at_time(&run.points, at.seconds, of)? / of(at)),
-                })
-            };
-            let time = |of: fn(&Point) -> f64| {
-                ratios(&|run, at, usual| match is_adaptive {
-                    true => {
-                        let own = run.points.last()?;
-                        Some(own.seconds / time_of(usual, of(own), of)?)
-                    }
-                    false => Some(time_of(&run.points, of(at), of)? / at.seconds),
-                })
-            };
-            let (flip, relmse) = (|point: &Point| point.flip, |point: &Point| point.relmse);
-            let all = [error(flip), error(relmse), time(flip), time(relmse)];
-            let cells = all.into_iter().flat_map(|estimate| {
-                [estimate.map(|estimate| estimate.mean), estimate.map(|estimate| estimate.half)]
-            });
-            let name = [way.name.as_str().into()];
-            table.row(name.into_iter().chain(cells.map(Into::into)));
-        }
-        table
     }
 
     fn pictures(&self, report: &mut Report) -> anyhow::Result<()> {
