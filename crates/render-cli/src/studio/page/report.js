@@ -105,7 +105,13 @@ function showAlbedo(session) {
     title.textContent = `Albedo of yarn ${index + 1}`;
   }
 
-  session.on("prepared", () => update());
+  // The curve takes the server a while: it waits until the picture itself has begun.
+  let revision = null;
+  session.on("shown", (frame) => {
+    if (!frame.full || frame.revision === revision) return;
+    revision = frame.revision;
+    update();
+  });
   return (entry) => {
     const isOther = type?.index !== entry.type.index;
     type = entry.type;

@@ -131,9 +131,10 @@ export class Session {
     this.keepsPicture = false;
     this.fabric = fabric;
     this.name = name;
+    // First, so that the server is at work while the page is brought up to date.
+    this.#submit();
     this.emit("fabric");
     this.emit("history");
-    this.#submit();
   }
 
   /** Changes how the cloth is looked at. A kind that was seen before is seen as it was then. */
@@ -146,8 +147,8 @@ export class Session {
     this.keepsPicture = false;
     this.view = view;
     this.#placements[view.kind] = { camera: view.camera, light: view.light };
-    this.emit("view");
     this.#submit();
+    this.emit("view");
   }
 
   /** Where camera and light stand. */
