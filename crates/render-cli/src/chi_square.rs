@@ -180,7 +180,10 @@ fn p_value(counts: impl Iterator<Item = Count>) -> f64 {
         .iter()
         .map(|count| (count.found - count.expected).powi(2) / count.variance.max(1.0))
         .sum();
-    pxfm::f_gamma_q(0.5 * (pooled.len() - 1).max(1) as f64, 0.5 * statistic)
+    let (a, x) = (0.5 * (pooled.len() - 1).max(1) as f64, 0.5 * statistic);
+    // At most Chernoff's bound, since far from what is expected the function is no longer to be trusted.
+    let bound = if x > a { (a - x + a * (x / a).ln()).exp() } else { 1.0 };
+    pxfm::f_gamma_q(a, x).min(bound)
 }
 
 #[test]
@@ -194,5 +197,8 @@ fn test_tells_a_density_from_one_that_is_slightly_off() {
     let fit = Cap::SPHERE.fit(&mut random, uniform, density(0.0));
     assert!(fit.p_value > 0.01 && (fit.integral - 1.0).abs() < 1e-6, "{fit:?}");
     let fit = Cap::SPHERE.fit(&mut random, uniform, density(0.1));
+    assert!(fit.p_value < 1e-6, "{fit:?}");
+    let twice = |w: &[Vec3]| vec![0.5 / std::f32::consts::PI; w.len()];
+    let fit = Cap::SPHERE.fit(&mut random, uniform, twice);
     assert!(fit.p_value < 1e-6, "{fit:?}");
 }

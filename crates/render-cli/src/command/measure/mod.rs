@@ -87,6 +87,8 @@ fn whitened(cloth: &Cloth) -> Cloth {
         let amount = yarn.specular.into_iter().chain(yarn.specular_uniform.into_iter().flatten());
         let amount = amount.fold(0.0, f32::max);
         (yarn.color, yarn.specular, yarn.specular_uniform) = ([1.0; 3], [amount; 3], None);
+        // Threads that are darker than others are not white.
+        yarn.noise.color = 0.0;
     }
     white
 }
