@@ -1,6 +1,6 @@
 //! The texels of a tile, and what each map says of them.
 
-use std::f32::consts::{PI, TAU};
+use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
 use glam::{DVec2, Vec2, Vec3};
 use rayon::prelude::*;
@@ -33,6 +33,8 @@ pub struct Texel {
     pub coverage: f32,
     /// Index of the type of yarn in its middle plus 1; 0 in a gap.
     pub yarn: u32,
+    /// Whether that is an end.
+    pub is_warp: bool,
 }
 
 /// What a map says.
@@ -219,6 +221,7 @@ impl Texel {
             let point = tile.shader.yarn_at(uv);
             if index == (points * points) / 2 {
                 sum.yarn = point.map_or(0, |point| u32::from(point.yarn) + 1);
+                sum.is_warp = point.is_some_and(|point| point.segment.is_warp);
             }
             let Some(point) = point else { continue };
             let fit = fits.of(Class::of(&point));
@@ -248,14 +251,17 @@ impl Texel {
             opacity: sum.opacity / all,
             coverage: covered / all,
             yarn: sum.yarn,
+            is_warp: sum.is_warp,
         }
     }
 
-    /// The angle from u to the direction in which it is rougher, rad: from an eighth of a turn to five
-    /// eighths, of the two that say the same, so that warp and weft are far from the ends.
+    /// The angle from u to the direction in which it is rougher, rad, in [0, 3π/2]: of all that say the
+    /// same the one nearest to half a turn for the warp and to a quarter for the weft, so that it does
+    /// not jump within a yarn.
     pub fn rotation(&self) -> f32 {
         let angle = 0.5 * self.anisotropy.y.atan2(self.anisotropy.x);
-        if angle < 0.25 * PI { angle + PI } else { angle }
+        let middle = if self.is_warp { PI } else { FRAC_PI_2 };
+        angle + PI * ((middle - angle) / PI).round()
     }
 
     /// α where it is less and where it is more, as the anisotropy has it (Burley 2012).
@@ -279,7 +285,7 @@ fn mean(texels: &[Texel]) -> Texel {
             specular: a.specular + share * b.specular,
             opacity: a.opacity + b.opacity,
             coverage: a.coverage + share,
-            yarn: 0,
+            ..Texel::default()
         }
     };
     // In parts, as a long sum of f32 loses its last terms.
@@ -294,7 +300,7 @@ fn mean(texels: &[Texel]) -> Texel {
         specular: a.specular + b.specular,
         opacity: a.opacity + b.opacity,
         coverage: a.coverage + b.coverage,
-        yarn: 0,
+        ..Texel::default()
     });
     let share = 1.0 / sums.coverage.max(f32::MIN_POSITIVE);
     Texel {
@@ -306,6 +312,6 @@ fn mean(texels: &[Texel]) -> Texel {
         specular: sums.specular * share,
         opacity: sums.opacity / texels.len() as f32,
         coverage: sums.coverage / texels.len() as f32,
-        yarn: 0,
+        ..Texel::default()
     }
 }
