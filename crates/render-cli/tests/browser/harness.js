@@ -54,7 +54,10 @@ export const startBrowser = () =>
     ],
   });
 
-/** The studio in a page of its own; `page.faults` gathers what the page complains of. */
+/**
+ * The studio in a page of its own, with a finished picture of so many samples, or as it starts if `samples` is null;
+ * `page.faults` gathers what the page complains of.
+ */
 export async function openPage(browser, url, { width = 1280, height = 800, scheme = "light", samples = 4 } = {}) {
   const context = await browser.newContext({
     viewport: { width, height },
@@ -78,8 +81,8 @@ export async function openPage(browser, url, { width = 1280, height = 800, schem
     await page.locator("details", { has: page.locator("#spp") }).evaluate((details) => { details.open = true; });
     await page.locator("#spp").selectOption(String(samples));
     await redrawn(page, () => page.locator("#noise").selectOption("samples alone"));
+    await finished(page);
   }
-  await finished(page);
   return page;
 }
 
