@@ -17,7 +17,8 @@ const SCRIPTS: [(&str, &str, &str); 17] = files!("text/javascript; charset=utf-8
     "api.js" "compare.js" "crossing.js" "dial.js" "dom.js" "fabric.js" "files.js" "loom.js" "main.js"
     "parameters.js" "picture.js" "presets.js" "report.js" "scale.js" "session.js" "view.js" "yarns.js");
 
-const STYLES: [(&str, &str, &str); 1] = files!("text/css; charset=utf-8": "studio.css");
+const STYLES: [(&str, &str, &str); 4] = files!("text/css; charset=utf-8":
+    "controls.css" "panel.css" "picture.css" "studio.css");
 
 /// The page itself, whose relative addresses start with the `token`.
 pub(super) fn index(token: &str) -> Bytes {
