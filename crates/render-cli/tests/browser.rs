@@ -47,8 +47,7 @@ fn studio_does_in_a_browser_what_it_should() {
     let fixtures = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures");
     let mut tests = Command::new("node");
     tests.args(["--test", "--test-reporter=spec", "studio.test.js"]).current_dir(installed());
-    tests
-        .env("SELVEDGE_PROGRAM", env!("CARGO_BIN_EXE_selvedge"))
-        .env("SELVEDGE_FIXTURES", fixtures);
-    println!("{}", run(tests.env("SELVEDGE_CHROMIUM", chromium)));
+    tests.env("SELVEDGE_PROGRAM", env!("CARGO_BIN_EXE_selvedge"));
+    tests.env("SELVEDGE_FIXTURES", fixtures).env("SELVEDGE_CHROMIUM", chromium);
+    println!("{}", run(&mut tests));
 }

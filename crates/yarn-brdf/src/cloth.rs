@@ -208,6 +208,7 @@ impl Cloth {
     /// # Errors
     ///
     /// What does not fit together or is out of range; see [`ClothError`].
+    #[expect(clippy::missing_panics_doc, reason = "nothing stops it")]
     pub fn prepare(&self) -> Result<Shader, ClothError> {
         let shader = Preparer::default().prepare(self, &|| true)?;
         Ok(shader.expect("it goes on to the end"))

@@ -33,7 +33,10 @@ use crate::{
     draft::DraftFile,
     fabric::{self, PRESET, presets::PRESETS},
     image::Format,
-    scene::{stage::KEY_DIRECTION, swatch},
+    scene::{
+        stage::{Form, KEY_DIRECTION},
+        swatch,
+    },
 };
 
 /// What answers.
@@ -175,7 +178,7 @@ async fn route(
         (&Method::POST, Some("wif")) => {
             let body = body(app, request).await?;
             let name = query.text("name").unwrap_or_else(|| "draft".to_owned());
-            blocking(move || wif(name, &body)).await
+            blocking(move || wif(&name, &body)).await
         }
         (&Method::POST, _) => Err(no_such(path)),
         (method, _) => Err(Refusal::new(
@@ -242,7 +245,7 @@ async fn body(app: &App, request: Request<Incoming>) -> Result<Bytes, Refusal> {
 fn document(session: &Session) -> Value {
     let document = session.document();
     let orbits = [Kind::Drape, Kind::Sphere].map(|kind| {
-        let camera = kind.form().map(|form| form.orbit());
+        let camera = kind.form().map(Form::orbit);
         json!({ "camera": value_of(&camera), "light": value_of(&KEY_DIRECTION) })
     });
     let [drape, sphere] = orbits;
@@ -261,14 +264,14 @@ fn document(session: &Session) -> Value {
 }
 
 /// The fabric of a draft that is dropped on the page.
-fn wif(name: String, bytes: &[u8]) -> Result<Value, Refusal> {
-    let file = DraftFile::new(name.clone(), bytes);
+fn wif(name: &str, bytes: &[u8]) -> Result<Value, Refusal> {
+    let file = DraftFile::new(name.to_owned(), bytes);
     let diagnostics = diagnostics(&file);
     if let Err(error) = file.drawdown() {
         let error = super::document::chain(&error);
         return Err(Refusal::wrong(error).with_diagnostics(diagnostics));
     }
-    let fabric = fabric::of_draft(name.clone(), bytes).to_json(true);
+    let fabric = fabric::of_draft(name.to_owned(), bytes).to_json(true);
     let fabric: Value = serde_json::from_str(&fabric).unwrap_or_default();
     Ok(json!({ "name": name, "fabric": fabric, "diagnostics": diagnostics }))
 }

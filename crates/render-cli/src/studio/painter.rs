@@ -103,7 +103,8 @@ impl Painter {
     }
 
     fn draw(&mut self, document: &Arc<Document>) -> anyhow::Result<()> {
-        let mut sizes = Sizes { full: document.view.size(), pixels: self.rate * FIRST };
+        let pixels = (self.rate * FIRST).clamp(FEWEST_PIXELS, MOST_PIXELS);
+        let mut sizes = Sizes { full: document.view.size(), pixels };
         let Some(shader) = self.shader(document, &mut sizes)? else { return Ok(()) };
         let shown = self.put_up(document, shader)?;
         while let Some(size) = sizes.next() {
@@ -350,13 +351,13 @@ struct Sizes {
 }
 
 impl Sizes {
-    /// The next, with the sides of the full one; `None` if it would be nearly as large.
+    /// The next, with the sides of the full one; `None` if it would be large.
     fn next(&mut self) -> Option<Size> {
-        let pixels = self.pixels.clamp(FEWEST_PIXELS, MOST_PIXELS);
-        self.pixels = GROWTH * pixels;
+        let pixels = self.pixels;
+        self.pixels *= GROWTH;
         let [width, height] = [self.full.width(), self.full.height()].map(f64::from);
         let factor = (width * height / pixels).sqrt();
-        if factor < 1.5 {
+        if factor < 1.5 || pixels > MOST_PIXELS {
             return None;
         }
         let side = |length: f64| (length / factor).round().max(1.0) as u32;
@@ -374,7 +375,11 @@ mod tests {
         assert_eq!(sizes.next(), Size::new(160, 120).ok());
         assert_eq!(sizes.next(), Size::new(358, 268).ok());
         assert_eq!(sizes.next(), None);
-        let mut long = Sizes { full: Size::new(4096, 16).unwrap(), pixels: 1.0 };
+        let mut long = Sizes { full: Size::new(4096, 16).unwrap(), pixels: 4000.0 };
         assert_eq!(long.next(), Size::new(1012, 4).ok());
+        assert_eq!(long.next(), Size::new(2263, 9).ok());
+        assert_eq!(long.next(), None);
+        let mut large = Sizes { full: Size::new(1448, 1448).unwrap(), pixels: MOST_PIXELS };
+        assert!(large.next().is_some() && large.next().is_none());
     }
 }

@@ -1,7 +1,7 @@
 // The studio as an artist has it: each test opens the page and does with it what she would do.
 
 import assert from "node:assert/strict";
-import { mkdir, readFile } from "node:fs/promises";
+import { mkdir, readFile, rm } from "node:fs/promises";
 import { createRequire } from "node:module";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
@@ -215,6 +215,7 @@ withPage("a fabric that is saved gives the same picture again", "preset:denim", 
     await again.context().close();
   } finally {
     await other.stop();
+    await rm(path);
   }
 });
 

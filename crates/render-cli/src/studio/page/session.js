@@ -57,7 +57,7 @@ export class Session {
     const start = await get("document");
     this.fabric = start.fabric;
     this.view = start.view;
-    this.name = start.name;
+    this.name = start.name.split(/[\\/]/).pop().replace(/^preset:/, "");
     this.savesTo = start.saves_to;
     this.defaults = start.defaults;
     this.answer = start;
