@@ -374,8 +374,10 @@ fn pearson(counts: &[Count]) -> f64 {
     }
     let statistic: f64 =
         pooled.iter().map(|count| (count.found - count.expected).powi(2) / count.variance).sum();
-    let freedom = pooled.len() as f64 - 1.0;
-    pxfm::f_gamma_q(0.5 * freedom, 0.5 * statistic)
+    let (a, x) = (0.5 * (pooled.len() as f64 - 1.0), 0.5 * statistic);
+    // At most Chernoff's bound, since far from what is expected the function is no longer to be trusted.
+    let bound = if x > a && a > 0.0 { (a - x + a * (x / a).ln()).exp() } else { 1.0 };
+    pxfm::f_gamma_q(a, x).min(bound)
 }
 
 #[test]
