@@ -179,7 +179,7 @@ impl Scene {
     ///
     /// # Errors
     ///
-    /// [`SceneError`] when the side is outside the range of [`BuiltIn::new`].
+    /// [`SceneError`] when the side is outside what [`SideError`](drape::SideError) tells.
     pub fn built_in(cloth: Material, side: f32) -> Result<Self, SceneError> {
         Ok(Stage::drape(side)?.scene(cloth, &Shot::default()))
     }
