@@ -179,7 +179,7 @@ impl Scene {
     ///
     /// # Errors
     ///
-    /// [`SceneError`] when the side is outside what [`SideError`](drape::SideError) tells.
+    /// [`SceneError`] when the side is outside what [`SideError`] tells.
     pub fn built_in(cloth: Material, side: f32) -> Result<Self, SceneError> {
         Ok(Stage::drape(side)?.scene(cloth, &Shot::default()))
     }
