@@ -12,7 +12,7 @@ use crate::variants::{Known, Tables};
 /// # Examples
 ///
 /// ```
-/// use selvedge_yarn_brdf::{Cloth, Preparer, Thread, Weave, Yarn, glam::{DVec2, Vec3}};
+/// use selvedge_yarn_brdf::{Cloth, Preparer, Thread, Weave, Yarn, glam::DVec2};
 ///
 /// let plain = Weave::new(2, 2, |end, pick| end == pick)?;
 /// let thread = Thread { color: [0.5, 0.1, 0.1], ..Thread::default() };
@@ -21,8 +21,9 @@ use crate::variants::{Known, Tables};
 /// let first = preparer.prepare(&cloth, &|| true)?.expect("it goes on to the end");
 /// cloth.yarns[0].psi = 0.6;
 /// let quick = preparer.sketch(&cloth, &|| true)?.expect("it goes on to the end");
-/// let (uv, light) = (DVec2::splat(0.1e-3), Vec3::new(0.6, 0.0, 0.8));
-/// assert!(quick.eval(uv, light, Vec3::Z) != first.eval(uv, light, Vec3::Z));
+/// let [before, after] = [first, quick].map(|shader| shader.yarn_at(DVec2::splat(0.1e-3)));
+/// // The fibres run another way round the yarn.
+/// assert!(before.zip(after).is_some_and(|(before, after)| before.tangent != after.tangent));
 /// # Ok::<(), selvedge_yarn_brdf::ClothError>(())
 /// ```
 #[derive(Debug, Default)]
