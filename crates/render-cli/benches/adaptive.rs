@@ -185,7 +185,7 @@ impl Accumulated {
         let limits = Limits { spp, time: None, noise };
         let plan = Plan { frame: Frame::whole(size), layers: Layers::None, limits, key: 0 };
         let interrupt = AtomicBool::new(false);
-        let control = Control { interrupt: &interrupt, watch: &|_| {}, save: None, study: None };
+        let control = Control::until(&interrupt);
         let start: Accumulator = start.map_or_else(|| plan.start(), |start| start.0.accumulator);
         Self(progressive::resume(view, &plan, start, &control))
     }

@@ -3,17 +3,22 @@
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use selvedge_normalize::warp::{disk_to_square, square_to_disk};
 
+use crate::render::sampler::mix;
+
 /// Random numbers from a seed (Steele, Lea & Flood 2014, SplitMix).
 #[derive(Clone, Debug)]
 pub(crate) struct Random(pub(crate) u64);
 
 impl Random {
+    /// 64 bits.
+    pub(crate) fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        mix(self.0)
+    }
+
     /// A number in [0, 1) of 24 bits.
     pub(crate) fn number(&mut self) -> f32 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 40) as f32 / (1 << 24) as f32
+        (self.next() >> 40) as f32 / (1 << 24) as f32
     }
 
     /// A point of [0, 1)².

@@ -28,12 +28,14 @@ pub mod input;
 pub mod interrupt;
 mod json;
 pub mod measure;
+mod memory;
 pub mod output;
 pub mod render;
 pub mod report;
 pub mod scene;
 pub mod studio;
 pub mod terminal;
+mod threads;
 
 pub use glam;
 

@@ -10,7 +10,8 @@
 //! ground:  min over ρ        of Σ (mean diffuse − ρ mean ground)² cos² θi
 //! ```
 //!
-//! With the cosine, as what a bent normal reflects grows like 1/cos θi. //! F₀ and ρ are solved for, r and a are searched for on a grid that is refined.
+//! With the cosine, as what a bent normal reflects grows like 1/cos θi. F₀ and ρ are solved for, r and a are
+//! searched for on a grid that is refined.
 
 use std::num::NonZeroU32;
 

@@ -274,44 +274,23 @@ impl Texel {
 
 /// The mean of all that is covered; opacity and coverage of all.
 fn mean(texels: &[Texel]) -> Texel {
-    let add = |a: Texel, b: &Texel| {
-        let share = b.coverage;
-        Texel {
-            base: a.base + share * b.base,
-            normal: a.normal + share * b.normal,
-            height: a.height + share * b.height,
-            roughness: a.roughness + share * b.roughness,
-            anisotropy: a.anisotropy + share * b.anisotropy,
-            specular: a.specular + share * b.specular,
-            opacity: a.opacity + b.opacity,
-            coverage: a.coverage + share,
-            ..Texel::default()
-        }
-    };
-    // In parts, as a long sum of f32 loses its last terms.
-    let parts: Vec<_> =
-        texels.chunks(4096).map(|part| part.iter().fold(Texel::default(), add)).collect();
-    let sums = parts.iter().fold(Texel::default(), |a, b| Texel {
-        base: a.base + b.base,
-        normal: a.normal + b.normal,
-        height: a.height + b.height,
-        roughness: a.roughness + b.roughness,
-        anisotropy: a.anisotropy + b.anisotropy,
-        specular: a.specular + b.specular,
+    let sum = |a: Texel, b: &Texel, share: f32| Texel {
+        base: a.base + share * b.base,
+        normal: a.normal + share * b.normal,
+        height: a.height + share * b.height,
+        roughness: a.roughness + share * b.roughness,
+        anisotropy: a.anisotropy + share * b.anisotropy,
+        specular: a.specular + share * b.specular,
         opacity: a.opacity + b.opacity,
         coverage: a.coverage + b.coverage,
         ..Texel::default()
-    });
-    let share = 1.0 / sums.coverage.max(f32::MIN_POSITIVE);
-    Texel {
-        base: sums.base * share,
-        normal: sums.normal * share,
-        height: sums.height * share,
-        roughness: sums.roughness * share,
-        anisotropy: sums.anisotropy * share,
-        specular: sums.specular * share,
-        opacity: sums.opacity / texels.len() as f32,
-        coverage: sums.coverage / texels.len() as f32,
-        ..Texel::default()
-    }
+    };
+    // In parts, as a long sum of f32 loses its last terms.
+    let parts = texels
+        .chunks(4096)
+        .map(|part| part.iter().fold(Texel::default(), |a, b| sum(a, b, b.coverage)));
+    let sums = parts.fold(Texel::default(), |a, b| sum(a, &b, 1.0));
+    let count = texels.len() as f32;
+    let mean = sum(Texel::default(), &sums, 1.0 / sums.coverage.max(f32::MIN_POSITIVE));
+    Texel { opacity: sums.opacity / count, coverage: sums.coverage / count, ..mean }
 }

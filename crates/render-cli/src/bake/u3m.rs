@@ -1,11 +1,9 @@
 //! A material of the Unified 3D Material format, version 1.1.
 
-use std::{
-    collections::HashSet,
-    time::{SystemTime, UNIX_EPOCH},
-};
+use std::{collections::HashSet, time::SystemTime};
 
 use glam::Vec3;
+use humantime::format_rfc3339_seconds;
 use selvedge_wif::{Drawdown, Hand, Weave};
 use serde_json::{Value, json};
 
@@ -13,6 +11,7 @@ use super::{
     Tile,
     maps::{Map, Maps},
 };
+use crate::render::sampler::mix;
 
 /// Most shafts of a dobby loom; what needs more is woven on a jacquard.
 const SHAFTS: usize = 32;
@@ -76,8 +75,7 @@ pub fn material(tile: &Tile, maps: &Maps, drawdown: &Drawdown, name: &str, hash:
         "subsurface_color": { "constant": color(Vec3::ONE), "texture": null },
         "transmission": even(0.0),
     });
-    let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
-    let now = timestamp(now);
+    let now = format_rfc3339_seconds(SystemTime::now()).to_string();
     json!({
         "schema": "1.1",
         "material": {
@@ -128,13 +126,8 @@ pub fn construction(drawdown: &Drawdown) -> &'static str {
 fn identifier(tile: &Tile, hash: u64) -> String {
     let [x, y] = tile.repeats.map(u64::from);
     let size = (u64::from(tile.pixels.width()) << 32) | u64::from(tile.pixels.height());
-    // The finaliser of SplitMix64 (Steele, Lea & Flood 2014).
-    let mixed = |seed: u64| {
-        let z = seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    };
+    // Not of 0, which stays 0.
+    let mixed = |seed: u64| mix(seed.wrapping_add(0x9e37_79b9_7f4a_7c15));
     let (a, b) = (mixed(hash ^ mixed(size)), mixed(hash.rotate_left(32) ^ mixed((x << 32) | y)));
     format!(
         "{:08x}-{:04x}-4{:03x}-{:04x}-{:012x}",
@@ -144,49 +137,4 @@ fn identifier(tile: &Tile, hash: u64) -> String {
         0x8000 | ((b >> 48) & 0x3fff),
         b & 0xffff_ffff_ffff
     )
-}
-
-/// The time so many seconds after the beginning of 1970, in UTC, as in `2026-01-31T12:00:00Z`.
-fn timestamp(seconds: u64) -> String {
-    let (days, rest) = (seconds / 86_400, seconds % 86_400);
-    let is_leap = |year: u64| {
-        year.is_multiple_of(4) && (!year.is_multiple_of(100) || year.is_multiple_of(400))
-    };
-    let (mut year, mut day) = (1970, days);
-    loop {
-        let length = if is_leap(year) { 366 } else { 365 };
-        if day < length {
-            break;
-        }
-        day -= length;
-        year += 1;
-    }
-    let february = if is_leap(year) { 29 } else { 28 };
-    let mut month = 1;
-    for length in [31, february, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31] {
-        if day < length {
-            break;
-        }
-        day -= length;
-        month += 1;
-    }
-    let (hour, minute, second) = (rest / 3600, rest / 60 % 60, rest % 60);
-    format!("{year:04}-{month:02}-{:02}T{hour:02}:{minute:02}:{second:02}Z", day + 1)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn times_know_leap_years() {
-        for (seconds, expected) in [
-            (0, "1970-01-01T00:00:00Z"),
-            (951_782_400, "2000-02-29T00:00:00Z"),
-            (1_798_761_599, "2026-12-31T23:59:59Z"),
-            (4_107_542_400, "2100-03-01T00:00:00Z"),
-        ] {
-            assert_eq!(timestamp(seconds), expected, "{seconds}");
-        }
-    }
 }

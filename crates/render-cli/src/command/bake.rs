@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::Context;
-use rayon::{ThreadPoolBuilder, prelude::*};
+use rayon::prelude::*;
 
 use crate::{
     Outcome,
@@ -19,6 +19,7 @@ use crate::{
     folder::Folder,
     image::EncodeError,
     output::{Sink, tell},
+    threads,
 };
 
 /// The file that says what is what.
@@ -34,10 +35,7 @@ pub fn run(options: &BakeOptions) -> anyhow::Result<Outcome> {
     let source = fabric::read(&options.input)?;
     let drawdown = source.draft().drawdown()?;
     let cloth = source.cloth(&drawdown)?;
-    let pool = ThreadPoolBuilder::new()
-        .num_threads(options.threads.map_or(0, usize::from))
-        .build()
-        .context("threads: cannot be started")?;
+    let pool = threads::pool(options.threads)?;
     let name = source.name().to_owned();
     let tile = Tile::new(cloth, options.repeats.0, options.size.0).context(name.clone())?;
     if !options.quiet {

@@ -3,7 +3,6 @@
 
 use std::{
     ffi::OsString,
-    fs,
     io::BufReader,
     path::{Path, PathBuf},
 };
@@ -16,7 +15,7 @@ use super::{
 };
 use crate::{
     args::{ProgressForm, RenderOptions},
-    input, interrupt,
+    input, interrupt, memory,
     output::{Destination, tell},
     render::{
         accumulate::{Accumulator, Layers},
@@ -168,18 +167,10 @@ pub(super) fn stats(outcome: &Outcome) -> String {
         ("seconds", format!("{seconds:.3}")),
         ("Msamples/s", format!("{speed:.3}")),
     ];
-    if let Some(bytes) = peak_memory() {
+    if let Some(bytes) = memory::peak() {
         rows.push(("peak memory", format!("{:.1} MB", bytes as f64 * 1e-6)));
     }
     rows.push(("stopped", reason(outcome.stopped).to_owned()));
     let lines = rows.iter().map(|(name, value)| format!("{name:<12}{value}"));
     lines.collect::<Vec<_>>().join("\n")
-}
-
-/// Most bytes of memory that this process has held so far; `None` where the system does not tell.
-fn peak_memory() -> Option<u64> {
-    let status = fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
-    let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
-    Some(kibibytes * 1024)
 }

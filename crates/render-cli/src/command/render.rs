@@ -3,7 +3,6 @@
 use std::{fmt::Write, path::Path, time::Instant};
 
 use anyhow::Context;
-use rayon::ThreadPoolBuilder;
 use selvedge_yarn_brdf::{Cloth, Shader};
 
 use super::exposing::{self, Exposing};
@@ -27,6 +26,7 @@ use crate::{
         source::{self, Source},
         stage::{Shot, Stage},
     },
+    threads,
 };
 
 /// Renders what `command` names into its output, once or whenever it changes.
@@ -178,10 +178,7 @@ impl<'a> Drawing<'a> {
         adorn: impl FnOnce(Frame, &mut Picture),
     ) -> anyhow::Result<Outcome> {
         let Self { options, destination, exposing, size, layers } = self;
-        let pool = ThreadPoolBuilder::new()
-            .num_threads(options.threads.map_or(0, usize::from))
-            .build()
-            .context("threads: cannot be started")?;
+        let pool = threads::pool(options.threads)?;
         let (outcome, metadata, cloth_bytes, texture_bytes, far_share) =
             pool.install(|| -> anyhow::Result<_> {
                 let (mut scene, fabrics) = scene()?;
@@ -241,8 +238,8 @@ pub(crate) fn develop(exposed: &Exposed, exposure: f32, view: image::View) -> Pi
 
 /// What a picture tells of how it was made, so that it can be made again.
 ///
-/// `fabrics` are hashes of the fabrics of its cloths, `spp` the mean number of samples of a pixel. Time has no place here: it is never the same
-/// twice.
+/// `fabrics` are hashes of the fabrics of its cloths, `spp` the mean number of samples of a pixel. Time has
+/// no place here: it is never the same twice.
 pub(crate) fn metadata(
     scene: &Scene,
     fabrics: &[u64],

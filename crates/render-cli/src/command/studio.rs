@@ -16,7 +16,6 @@ pub fn run(options: &StudioOptions) -> anyhow::Result<()> {
     let &StudioOptions { ref input, port, host, no_open, idle_exit, threads } = options;
     // Ctrl-C is for the loop to see, from before anything is begun.
     let stop = interrupt::flag();
-    let threads = threads.map_or(0, usize::from);
     let studio = Studio::new(input, Options { host, port, threads, idle_exit })?;
     let url = studio.url();
     Sink::new(None)?.write(|out| writeln!(out, "{url}"))?;

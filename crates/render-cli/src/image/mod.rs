@@ -30,7 +30,7 @@ pub use self::{
     layers::{BEAUTY, Channel, Layer, Picture, Samples, Value},
     png::{PngError, encode_pixels},
     read::{DecodeError, ReadError, decode, read},
-    view::{View, linear_from_srgb, srgb_from_linear},
+    view::{View, linear_from_srgb, luminance, srgb_from_linear},
 };
 
 /// A format of pictures that are written.

@@ -46,6 +46,11 @@ impl View {
     }
 }
 
+/// Luminance of linear RGB with the primaries of sRGB (Rec. ITU-R BT.709-6, item 3.2).
+pub fn luminance(rgb: Vec3) -> f32 {
+    rgb.dot(Vec3::new(0.2126, 0.7152, 0.0722))
+}
+
 /// The sRGB component of a linear value, both 0 to 1 (IEC 61966-2-1).
 pub fn srgb_from_linear(x: f32) -> f32 {
     if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 }

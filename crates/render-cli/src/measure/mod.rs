@@ -28,6 +28,6 @@ pub(crate) fn expose(
     let plan = Plan { frame, layers: Layers::None, limits, key: 0 };
     let interrupt = AtomicBool::new(false);
     let study = study.map(|save| Save { every: Duration::MAX, save });
-    let control = Control { interrupt: &interrupt, watch: &|_| {}, save: None, study };
+    let control = Control { study, ..Control::until(&interrupt) };
     progressive::expose(&view, &plan, &control).accumulator
 }

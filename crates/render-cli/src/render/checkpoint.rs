@@ -386,7 +386,7 @@ mod tests {
 
     fn exposed(plan: &Plan) -> Accumulator {
         let interrupt = AtomicBool::new(false);
-        let control = Control { interrupt: &interrupt, watch: &|_| {}, save: None, study: None };
+        let control = Control::until(&interrupt);
         expose(&Subject, plan, &control).accumulator
     }
 

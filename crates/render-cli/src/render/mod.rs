@@ -98,8 +98,7 @@ mod tests {
             let limits = Limits { spp, time: None, noise: None };
             let plan = Plan { frame: Frame::whole(size), layers: Layers::None, limits, key: 0 };
             let interrupt = AtomicBool::new(false);
-            let control =
-                Control { interrupt: &interrupt, watch: &|_| {}, save: None, study: None };
+            let control = Control::until(&interrupt);
             let outcome = expose(&view, &plan, &control);
             assert!(outcome.exposed().beauty == plain, "{spp} spp");
         }

@@ -79,6 +79,13 @@ pub struct Control<'a> {
     pub study: Option<Save<'a>>,
 }
 
+impl<'a> Control<'a> {
+    /// Nobody watches; it ends as soon as `interrupt` is set.
+    pub fn until(interrupt: &'a AtomicBool) -> Self {
+        Self { interrupt, watch: &|_| {}, save: None, study: None }
+    }
+}
+
 /// When and how an unfinished picture is saved or studied.
 #[derive(Clone, Copy)]
 pub struct Save<'a> {

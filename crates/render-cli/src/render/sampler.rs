@@ -87,7 +87,7 @@ fn four(index: u32, scramble: u32) -> [f32; 4] {
 
 /// A bijection that sends 0 to 0 and spreads every input bit over the output: the finalizer of
 /// SplitMix64 (Steele, Lea & Flood 2014, variant 13).
-fn mix(x: u64) -> u64 {
+pub(crate) fn mix(x: u64) -> u64 {
     let x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     let x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
     x ^ (x >> 31)

@@ -377,12 +377,8 @@ struct Query(Vec<(String, String)>);
 
 impl Query {
     fn of(request: &Request<Incoming>) -> Self {
-        let pairs = request.uri().query().unwrap_or_default().split('&');
-        let pair = |pair: &str| {
-            let (name, value) = pair.split_once('=')?;
-            Some((name.to_owned(), decoded(value)))
-        };
-        Self(pairs.filter_map(pair).collect())
+        let query = request.uri().query().unwrap_or_default();
+        Self(form_urlencoded::parse(query.as_bytes()).into_owned().collect())
     }
 
     fn text(&self, name: &str) -> Option<String> {
@@ -398,36 +394,5 @@ impl Query {
     fn number<T: std::str::FromStr>(&self, name: &str) -> Result<T, Refusal> {
         self.optional(name)?
             .ok_or_else(|| Refusal::wrong(format_args!("{name}: found none, expected a number")))
-    }
-}
-
-/// A value of a query without its escapes (RFC 3986, section 2.1; `+` for a space).
-fn decoded(text: &str) -> String {
-    let mut bytes = Vec::with_capacity(text.len());
-    let mut rest = text.as_bytes();
-    while let [first, others @ ..] = rest {
-        let escape = (*first == b'%').then(|| others.get(..2)).flatten();
-        let escape = escape.and_then(|hex| u8::from_str_radix(str::from_utf8(hex).ok()?, 16).ok());
-        bytes.push(escape.unwrap_or(if *first == b'+' { b' ' } else { *first }));
-        rest = if escape.is_some() { &others[2..] } else { others };
-    }
-    String::from_utf8_lossy(&bytes).into_owned()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn escapes_are_read() {
-        for (text, expected) in [
-            ("a%20b+c", "a b c"),
-            ("%", "%"),
-            ("%4", "%4"),
-            ("%zz%41", "%zzA"),
-            ("%ff", "\u{fffd}"),
-        ] {
-            assert_eq!(decoded(text), expected, "{text}");
-        }
     }
 }

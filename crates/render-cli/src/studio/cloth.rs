@@ -3,12 +3,15 @@
 use std::{collections::BTreeMap, num::NonZeroU32};
 
 use glam::{DVec2, Vec2, Vec3};
-use selvedge_normalize::{halton::Halton, scale::Normalization};
+use selvedge_normalize::{halton::Halton, scale::Normalization, warp::square_to_cosine_hemisphere};
 use selvedge_yarn_brdf::{Cloth, Shader, Yarn};
 use serde_json::{Map, Value, json};
 
 use super::{document::Document, parameters::name_of, reply::value_of};
-use crate::{fabric, image::View};
+use crate::{
+    fabric,
+    image::{View, luminance},
+};
 
 /// `#rrggbb` of linear light.
 pub(super) fn srgb(color: [f32; 3]) -> String {
@@ -146,9 +149,7 @@ pub(super) fn albedo(cloth: &Cloth, shader: &Shader, index: u16) -> Option<Value
         for &(uv, is_warp) in &places {
             let wi = (along(is_warp) * sin).extend(cos);
             for [a, b] in directions.by_ref().take(DIRECTIONS) {
-                let radius = (a as f32).sqrt();
-                let around = Vec2::from_angle(std::f32::consts::TAU * b as f32);
-                let wo = (around * radius).extend((1.0 - a as f32).max(0.0).sqrt());
+                let wo = square_to_cosine_hemisphere(DVec2::new(a, b)).as_vec3();
                 let lobes = shader.eval_lobes(uv, wi, wo);
                 sums[0] += f64::from(luminance(lobes.specular));
                 sums[1] += f64::from(luminance(lobes.specular + lobes.diffuse));
@@ -160,9 +161,4 @@ pub(super) fn albedo(cloth: &Cloth, shader: &Shader, index: u16) -> Option<Value
     }
     let theta: Vec<_> = (0..STEPS).map(|step| step * STEP).collect();
     Some(json!({ "yarn": index, "theta": theta, "highlight": highlight, "total": total }))
-}
-
-/// Relative luminance of linear sRGB (ITU-R BT.709-6, item 3.2).
-fn luminance(color: Vec3) -> f32 {
-    color.dot(Vec3::new(0.2126, 0.7152, 0.0722))
 }

@@ -1,10 +1,9 @@
 //! Which thread a pixel shows, and which pixels show a thread.
 
-use std::thread;
-
 use glam::{DVec2, Vec2};
 use hyper::body::Bytes;
 use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
+use rayon::prelude::*;
 use selvedge_yarn_brdf::Side;
 use serde_json::{Value, json};
 
@@ -115,20 +114,11 @@ impl Shown {
     fn seen(&self) -> &[Option<Seen>] {
         self.seen.get_or_init(|| {
             let (size, camera) = (self.document.view.size(), self.camera());
-            let mut seen = vec![None; size.width() as usize * size.height() as usize];
-            let threads = thread::available_parallelism().map_or(1, usize::from);
-            let rows = (size.height() as usize).div_ceil(threads);
-            thread::scope(|scope| {
-                for (part, pixels) in seen.chunks_mut(rows * size.width() as usize).enumerate() {
-                    let camera = &camera;
-                    scope.spawn(move || {
-                        for (index, pixel) in pixels.iter_mut().enumerate() {
-                            let width = size.width() as usize;
-                            let [x, y] = [index % width, part * rows + index / width];
-                            let place = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
-                            *pixel = self.seen_at(camera, place);
-                        }
-                    });
+            let width = size.width() as usize;
+            let mut seen = vec![None; width * size.height() as usize];
+            seen.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
+                for (x, pixel) in row.iter_mut().enumerate() {
+                    *pixel = self.seen_at(&camera, Vec2::new(x as f32 + 0.5, y as f32 + 0.5));
                 }
             });
             seen

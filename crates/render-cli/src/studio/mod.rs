@@ -50,8 +50,8 @@ pub struct Options {
     pub host: IpAddr,
     /// The port; 0 for a free one.
     pub port: u16,
-    /// Threads to draw with; 0 for one per processor.
-    pub threads: usize,
+    /// Threads to draw with, if not one per processor.
+    pub threads: Option<u16>,
     /// Time without requests after which it ends.
     pub idle_exit: Option<Duration>,
 }

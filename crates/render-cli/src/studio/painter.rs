@@ -6,9 +6,8 @@ use std::{
     time::{Duration, Instant},
 };
 
-use anyhow::Context;
 use hyper::body::Bytes;
-use rayon::{ThreadPool, ThreadPoolBuilder};
+use rayon::ThreadPool;
 use selvedge_yarn_brdf::{Cloth, Preparer, Shader};
 use serde_json::{Value, json};
 
@@ -31,6 +30,7 @@ use crate::{
         Material, Scene,
         stage::{Form, Stage},
     },
+    threads,
 };
 
 /// Draws what a session asks for.
@@ -65,14 +65,13 @@ const FIRST_SAMPLES: u32 = 2;
 const BETWEEN: Duration = Duration::from_millis(350);
 
 impl Painter {
-    /// A painter with so many threads, 0 for one per processor.
+    /// A painter with so many threads, or one per processor.
     ///
     /// # Errors
     ///
     /// When the system gives none.
-    pub(super) fn new(session: Arc<Session>, threads: usize) -> anyhow::Result<Self> {
-        let pool = ThreadPoolBuilder::new().num_threads(threads).build();
-        let pool = pool.context("threads: cannot be started")?;
+    pub(super) fn new(session: Arc<Session>, threads: Option<u16>) -> anyhow::Result<Self> {
+        let pool = threads::pool(threads)?;
         Ok(Self {
             session,
             pool,
@@ -229,8 +228,7 @@ impl Painter {
         let limits = Limits { spp: 1, time: None, noise: None };
         let plan = Plan { frame: Frame::whole(size), layers: Layers::None, limits, key: 0 };
         let view = View::new(&shown.scene, size, shown.document.view.seed, false);
-        let control =
-            Control { interrupt: &self.session.interrupt, watch: &|_| {}, save: None, study: None };
+        let control = Control::until(&self.session.interrupt);
         let outcome = self.pool.install(|| progressive::expose(&view, &plan, &control));
         let seconds = started.elapsed().as_secs_f64();
         if outcome.stopped != Stopped::Interrupted {
@@ -266,12 +264,8 @@ impl Painter {
                 // A frame that cannot be encoded is told when the picture is done.
                 let _ = show(painter, accumulator, None);
             };
-            let control = Control {
-                interrupt: &painter.session.interrupt,
-                watch: &|_| {},
-                save: Some(Save { every: BETWEEN, save: &save }),
-                study: None,
-            };
+            let save = Some(Save { every: BETWEEN, save: &save });
+            let control = Control { save, ..Control::until(&painter.session.interrupt) };
             let plan = Plan { limits, ..plan };
             painter.pool.install(|| progressive::resume(&view, &plan, start, &control))
         };
@@ -320,8 +314,7 @@ impl Painter {
         let view = &document.view;
         let plan = plan(document, Layers::All);
         let subject = View::new(&shown.scene, view.size(), view.seed, true);
-        let control =
-            Control { interrupt: &self.session.interrupt, watch: &|_| {}, save: None, study: None };
+        let control = Control::until(&self.session.interrupt);
         let outcome = self.pool.install(|| progressive::expose(&subject, &plan, &control));
         if outcome.stopped == Stopped::Interrupted {
             return;

@@ -42,7 +42,7 @@ pub(super) fn draw(name: &str, preparer: &mut Preparer, interrupt: &AtomicBool) 
     let size = Size::new(SIZE[0], SIZE[1]).expect("a thumbnail has pixels");
     let limits = Limits { spp: SPP, time: None, noise: None };
     let plan = Plan { frame: Frame::whole(size), layers: Layers::None, limits, key: 0 };
-    let control = Control { interrupt, watch: &|_| {}, save: None, study: None };
+    let control = Control::until(interrupt);
     let outcome = progressive::expose(&View::new(&scene, size, 0, false), &plan, &control);
     if outcome.stopped == Stopped::Interrupted {
         return None;

@@ -7,9 +7,9 @@ use selvedge_normalize::{
     halton::{Halton, Scrambling, below_one},
     warp::square_to_cosine_hemisphere,
 };
-use selvedge_yarn_brdf::{Batch, Cloth, Draws, Footprint, Noise, Samples};
+use selvedge_yarn_brdf::{Cloth, Footprint, Noise};
 
-use super::surface::Surface;
+use super::surface::{self, Surface};
 
 /// A way to evaluate the BRDF.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -131,25 +131,9 @@ impl Points {
                 (0..count).map(draw).collect()
             }
             Tier::Batch => {
-                let viewer = wo.to_array().map(|c| vec![c; count]);
-                let draws = Draws {
-                    uv: self.uv.each_ref().map(|part| &part[..count]),
-                    wo: viewer.each_ref().map(Vec::as_slice),
-                    xi: self.xi.each_ref().map(|part| &part[..count]),
-                    active: None,
-                };
-                let (mut wi, mut weight) =
-                    ([(); 3].map(|()| vec![0.0; count]), [(); 3].map(|()| vec![0.0; count]));
-                let mut pdf = vec![0.0; count];
-                let samples = Samples {
-                    wi: wi.each_mut().map(Vec::as_mut_slice),
-                    weight: weight.each_mut().map(Vec::as_mut_slice),
-                    pdf: &mut pdf,
-                };
-                surface.sample_batch(&draws, samples);
-                let at =
-                    |of: &[Vec<f32>; 3], k: usize| Vec3::from_array(of.each_ref().map(|c| c[k]));
-                (0..count).map(|k| [at(&wi, k), at(&weight, k)]).collect()
+                let uv = self.uv.each_ref().map(|part| &part[..count]);
+                let xi = self.xi.each_ref().map(|part| &part[..count]);
+                surface::samples(surface, uv, wo, xi).into_iter().map(own).collect()
             }
         }
     }
@@ -175,18 +159,12 @@ impl Points {
                 [wi.iter().map(f).collect(), wi.iter().map(pdf).collect()]
             }
             Tier::Batch => {
-                let light = [0, 1, 2].map(|c| wi.iter().map(|w| w[c]).collect::<Vec<_>>());
-                let viewer = wo.to_array().map(|c| vec![c; count]);
-                let points = Batch {
-                    uv: self.uv.each_ref().map(|part| &part[..count]),
-                    wi: light.each_ref().map(Vec::as_slice),
-                    wo: viewer.each_ref().map(Vec::as_slice),
-                    active: None,
-                };
+                let uv = self.uv.each_ref().map(|part| &part[..count]);
                 let mut f = [(); 3].map(|()| vec![0.0; count]);
-                surface.eval_batch(&points, f.each_mut().map(Vec::as_mut_slice));
-                let mut pdf = vec![0.0; count];
-                surface.pdf_batch(&points, &mut pdf);
+                surface::with_batch(uv, wi, wo, |points| {
+                    surface.eval_batch(points, f.each_mut().map(Vec::as_mut_slice));
+                });
+                let pdf = surface::densities(surface, uv, wi, wo);
                 let f = (0..count).map(|k| Vec3::from_array(f.each_ref().map(|c| c[k])));
                 [f.collect(), pdf.into_iter().map(Vec3::splat).collect()]
             }

@@ -1,16 +1,15 @@
 //! `selvedge measure chi2`: whether directions are drawn with the density that is told of them.
 
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
-use selvedge_yarn_brdf::{Batch, Combination, Diffuse, Draws, Samples};
+use selvedge_yarn_brdf::{Combination, Diffuse};
 
 use super::{
     Findings, Subject,
     albedo::{Tier, footprint},
     map,
     random::Random,
-    surface::Surface,
-    tell_progress,
+    surface, tell_progress,
     three_way::ThreeWay,
     whitened,
 };
@@ -153,8 +152,13 @@ fn fit(options: &MeasureOptions, subject: &Subject, case: &Case, index: u64) -> 
         chi_square::Random(options.seed ^ (index << 8 | tier as u64).wrapping_mul(0x9e37_79b9));
     let mut drawn = if tier == Tier::Batch {
         let mut own = Random::new(options.seed ^ 0x5eed, index);
-        let xi: Vec<[f32; 3]> = (0..DRAWS).map(|_| own.xi()).collect();
-        sample_batch(surface, uv, wo, &xi)
+        let mut xi = [(); 3].map(|()| Vec::with_capacity(DRAWS));
+        for _ in 0..DRAWS {
+            xi.iter_mut().zip(own.xi()).for_each(|(part, number)| part.push(number));
+        }
+        let place = uv.to_array().map(|part| vec![part; DRAWS]);
+        let (place, xi) = (place.each_ref().map(Vec::as_slice), xi.each_ref().map(Vec::as_slice));
+        surface::samples(surface, place, wo, xi)
     } else {
         vec![]
     }
@@ -164,53 +168,17 @@ fn fit(options: &MeasureOptions, subject: &Subject, case: &Case, index: u64) -> 
         match tier {
             Tier::Single => surface.sample(uv, wo, xi()).map(|sample| sample.wi),
             Tier::Far => surface.far_sample(&footprint, wo, xi()).map(|sample| sample.wi),
-            Tier::Batch => drawn.next().flatten(),
+            Tier::Batch => drawn.next().flatten().map(|sample| sample.wi),
         }
     };
     cap.fit(&mut random, draw, |all| match tier {
         Tier::Single => all.iter().map(|wi| surface.pdf(uv, *wi, wo)).collect(),
         Tier::Far => all.iter().map(|wi| surface.far_pdf(&footprint, *wi, wo)).collect(),
-        Tier::Batch => pdf_batch(surface, uv, all, wo),
+        Tier::Batch => {
+            let place = uv.to_array().map(|part| vec![part; all.len()]);
+            surface::densities(surface, place.each_ref().map(Vec::as_slice), all, wo)
+        }
     })
-}
-
-fn sample_batch(surface: &dyn Surface, uv: DVec2, wo: Vec3, xi: &[[f32; 3]]) -> Vec<Option<Vec3>> {
-    let count = xi.len();
-    let place = uv.to_array().map(|part| vec![part; count]);
-    let viewer = wo.to_array().map(|part| vec![part; count]);
-    let xi = [0, 1, 2].map(|axis| xi.iter().map(|xi| xi[axis]).collect::<Vec<_>>());
-    let draws = Draws {
-        uv: place.each_ref().map(Vec::as_slice),
-        wo: viewer.each_ref().map(Vec::as_slice),
-        xi: xi.each_ref().map(Vec::as_slice),
-        active: None,
-    };
-    let (mut wi, mut weight) =
-        ([(); 3].map(|()| vec![0.0; count]), [(); 3].map(|()| vec![0.0; count]));
-    let mut pdf = vec![0.0; count];
-    let samples = Samples {
-        wi: wi.each_mut().map(Vec::as_mut_slice),
-        weight: weight.each_mut().map(Vec::as_mut_slice),
-        pdf: &mut pdf,
-    };
-    surface.sample_batch(&draws, samples);
-    let direction = |k: usize| Vec3::from_array(wi.each_ref().map(|part| part[k]));
-    (0..count).map(|k| (pdf[k] > 0.0).then(|| direction(k))).collect()
-}
-
-fn pdf_batch(surface: &dyn Surface, uv: DVec2, wi: &[Vec3], wo: Vec3) -> Vec<f32> {
-    let place = uv.to_array().map(|part| vec![part; wi.len()]);
-    let light = [0, 1, 2].map(|axis| wi.iter().map(|w| w[axis]).collect::<Vec<_>>());
-    let viewer = wo.to_array().map(|part| vec![part; wi.len()]);
-    let mut pdf = vec![0.0; wi.len()];
-    let points = Batch {
-        uv: place.each_ref().map(Vec::as_slice),
-        wi: light.each_ref().map(Vec::as_slice),
-        wo: viewer.each_ref().map(Vec::as_slice),
-        active: None,
-    };
-    surface.pdf_batch(&points, &mut pdf);
-    pdf
 }
 
 /// The shares of draws in the cells, as found and as expected.

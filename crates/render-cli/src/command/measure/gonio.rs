@@ -11,6 +11,7 @@ use super::{
 };
 use crate::{
     args::{Angles, MeasureOptions},
+    image,
     report::{Axis, Check, Figure, Limit, Plot, Report, Series, Table},
 };
 
@@ -107,9 +108,8 @@ pub(super) fn measure(options: &MeasureOptions, subjects: &[Subject]) -> anyhow:
     Ok(Findings { report, summary })
 }
 
-/// Luminance of linear RGB.
 fn luminance(color: DVec3) -> f64 {
-    color.dot(DVec3::new(0.2126, 0.7152, 0.0722))
+    image::luminance(color.as_vec3()).into()
 }
 
 /// The luminance of f over the signed angle of the viewer, whose numbers go to `data`.

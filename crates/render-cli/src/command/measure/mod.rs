@@ -25,7 +25,6 @@ mod tuple;
 use std::{collections::BTreeSet, path::Path};
 
 use anyhow::Context;
-use rayon::ThreadPoolBuilder;
 use selvedge_yarn_brdf::{Cloth, Target};
 use serde_json::json;
 
@@ -37,6 +36,7 @@ use crate::{
     folder::Folder,
     output::tell,
     report::{INDEX, Report, Table},
+    threads,
 };
 
 /// Measures what `command` says, and reports it.
@@ -105,10 +105,7 @@ fn measure(
     work: impl FnOnce(&MeasureOptions, &[Subject]) -> anyhow::Result<Findings> + Send,
 ) -> anyhow::Result<Outcome> {
     let folder = Folder::new(&options.output, INDEX)?;
-    let pool = ThreadPoolBuilder::new()
-        .num_threads(options.threads.map_or(0, usize::from))
-        .build()
-        .context("threads: cannot be started")?;
+    let pool = threads::pool(options.threads)?;
     let (findings, names) = pool.install(|| -> anyhow::Result<_> {
         let subjects = subjects(options)?;
         let names = subjects.iter().map(|subject| subject.input.clone()).collect::<Vec<_>>();

@@ -3,34 +3,27 @@
 use glam::DVec2;
 use selvedge_yarn_brdf::Cloth;
 
-use crate::args::Angles;
+use crate::{args::Angles, chi_square};
 
-/// Random numbers from a seed, the same on every platform (Steele, Lea & Flood 2014, SplitMix).
+/// Random numbers from a seed, the same on every platform.
 #[derive(Clone, Debug)]
-pub(super) struct Random(u64);
+pub(super) struct Random(chi_square::Random);
 
 impl Random {
     /// The `stream`-th sequence of a seed.
     pub(super) fn new(seed: u64, stream: u64) -> Self {
-        let mut mixed = Self(seed ^ stream.wrapping_mul(0xd134_2543_de82_ef95));
-        Self(mixed.next())
-    }
-
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
+        let mut mixed = chi_square::Random(seed ^ stream.wrapping_mul(0xd134_2543_de82_ef95));
+        Self(chi_square::Random(mixed.next()))
     }
 
     /// A number in [0, 1).
     pub(super) fn number(&mut self) -> f64 {
-        (self.next() >> 11) as f64 / (1u64 << 53) as f64
+        (self.0.next() >> 11) as f64 / (1u64 << 53) as f64
     }
 
     /// Three numbers in [0, 1).
     pub(super) fn xi(&mut self) -> [f32; 3] {
-        [(); 3].map(|()| (self.next() >> 40) as f32 / (1u32 << 24) as f32)
+        [(); 3].map(|()| self.0.number())
     }
 
     /// A number in [`low`, `high`).

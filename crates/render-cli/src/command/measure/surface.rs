@@ -59,6 +59,45 @@ pub(super) fn surface(options: &MeasureOptions, shader: Shader) -> Box<dyn Surfa
     Box::new(shader)
 }
 
+/// [`Shader::sample`] for one viewer of all places `uv`, m, with the numbers `xi` in [0, 1), as a batch.
+pub(super) fn samples(
+    surface: &dyn Surface,
+    uv: [&[f64]; 2],
+    wo: Vec3,
+    xi: [&[f32]; 3],
+) -> Vec<Option<Sample>> {
+    let count = uv[0].len();
+    let viewer = wo.to_array().map(|part| vec![part; count]);
+    let draws = Draws { uv, wo: viewer.each_ref().map(Vec::as_slice), xi, active: None };
+    let black = || [(); 3].map(|()| vec![0.0; count]);
+    let (mut wi, mut weight, mut pdf) = (black(), black(), vec![0.0; count]);
+    let samples = Samples {
+        wi: wi.each_mut().map(Vec::as_mut_slice),
+        weight: weight.each_mut().map(Vec::as_mut_slice),
+        pdf: &mut pdf,
+    };
+    surface.sample_batch(&draws, samples);
+    let at = |of: &[Vec<f32>; 3], k: usize| Vec3::from_array(of.each_ref().map(|part| part[k]));
+    let sample = |k: usize| Sample { wi: at(&wi, k), weight: at(&weight, k), pdf: pdf[k] };
+    // A density of 0 says that there is none; one that is no number is for others to find out.
+    (0..count).map(|k| (pdf[k] != 0.0).then(|| sample(k))).collect()
+}
+
+/// [`Shader::pdf`] for one viewer at all places `uv`, m, each with its own `wi`, as a batch.
+pub(super) fn densities(surface: &dyn Surface, uv: [&[f64]; 2], wi: &[Vec3], wo: Vec3) -> Vec<f32> {
+    let mut pdf = vec![0.0; wi.len()];
+    with_batch(uv, wi, wo, |points| surface.pdf_batch(points, &mut pdf));
+    pdf
+}
+
+/// Lets `work` have a batch of places `uv`, m, each with its own `wi`, for one viewer.
+pub(super) fn with_batch(uv: [&[f64]; 2], wi: &[Vec3], wo: Vec3, work: impl FnOnce(&Batch<'_>)) {
+    let light = [0, 1, 2].map(|axis| wi.iter().map(|w| w[axis]).collect::<Vec<_>>());
+    let viewer = wo.to_array().map(|part| vec![part; wi.len()]);
+    let wi = light.each_ref().map(Vec::as_slice);
+    work(&Batch { uv, wi, wo: viewer.each_ref().map(Vec::as_slice), active: None });
+}
+
 const EQUAL: &str = "the slices of a batch are equally long";
 
 impl Surface for Shader {

@@ -11,6 +11,7 @@ use selvedge_yarn_brdf::Cloth;
 
 use super::expose;
 use crate::{
+    image::luminance,
     render::{
         film::{Film, Frame, Size},
         progressive::Limits,
@@ -24,17 +25,10 @@ use crate::{
     },
 };
 
-/// Part of the light that a screen shows as grey, by its primaries (ITU-R BT.709-6, item 3.2).
-const LUMINANCE: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
-
-/// How bright a colour is, linear.
-pub fn luminance(color: Vec3) -> f64 {
-    f64::from(color.dot(LUMINANCE))
-}
-
-/// The mean brightness of all pixels, linear.
+/// The mean [`luminance`] of all pixels.
 pub fn mean_luminance(film: &Film) -> f64 {
-    film.pixels().iter().map(|color| luminance(*color)).sum::<f64>() / film.pixels().len() as f64
+    let sum: f64 = film.pixels().iter().map(|color| f64::from(luminance(*color))).sum();
+    sum / film.pixels().len() as f64
 }
 
 /// A scene of which materials and lights are changed from picture to picture.
@@ -139,7 +133,7 @@ pub fn along_row(film: &Film, at: f64, [from, to]: [f64; 2], rows: u32) -> Vec<[
     columns
         .map(|column| {
             let pixels = (first..last).map(|row| film.pixels()[(row * width + column) as usize]);
-            let sum: f64 = pixels.map(luminance).sum();
+            let sum: f64 = pixels.map(|color| f64::from(luminance(color))).sum();
             let place = (f64::from(column) + 0.5) / f64::from(width);
             [place, sum / f64::from(last - first)]
         })

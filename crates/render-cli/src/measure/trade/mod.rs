@@ -5,10 +5,7 @@ pub mod normalization;
 pub mod reference;
 pub mod statistics;
 
-use std::{
-    fs,
-    sync::{Arc, Mutex, PoisonError},
-};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use selvedge_yarn_brdf::{Cloth, ClothError, Highlight, Instructions, Shader};
 
@@ -16,6 +13,7 @@ use self::{normalization::Search, reference::Reference};
 use super::expose;
 use crate::{
     image::{Picture, compare::Pair},
+    memory,
     render::{
         accumulate::Accumulator,
         detail::{Level, Tier},
@@ -138,9 +136,9 @@ pub fn draw(reference: &mut Reference, shader: &Arc<Shader>, way: &Way, seed: u6
         let point = compare(accumulator, truth);
         points.lock().unwrap_or_else(PoisonError::into_inner).push(point);
     };
-    reset_peak();
+    memory::reset_peak();
     let accumulator = expose(scene, *frame, way.limits, seed, Some(&study));
-    let peak_bytes = peak_bytes();
+    let peak_bytes = memory::peak();
     let mut points = points.into_inner().unwrap_or_else(PoisonError::into_inner);
     if way.limits.noise.is_some() {
         points = points.split_off(points.len().saturating_sub(1));
@@ -161,18 +159,4 @@ fn compare(accumulator: &Accumulator, truth: &Picture) -> Point {
         flip: comparison.flip,
         max: comparison.max,
     }
-}
-
-/// Begins to look for the greatest memory anew, where the system can.
-fn reset_peak() {
-    // Without it the peak of earlier runs stays, an upper bound.
-    let _ = fs::write("/proc/self/clear_refs", "5");
-}
-
-/// Most bytes of memory that this process has held since; `None` where the system does not tell.
-fn peak_bytes() -> Option<u64> {
-    let status = fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
-    let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
-    Some(kibibytes * 1024)
 }

@@ -1,10 +1,11 @@
 //! The factor of the highlight by a search over samples, as the paper has it, in the place of the
 //! shader's own quadrature.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
-use glam::{DVec2, DVec3, Vec3};
+use glam::DVec2;
 use rayon::prelude::*;
+use selvedge_normalize::warp::square_to_uniform_hemisphere;
 use selvedge_yarn_brdf::{Cloth, ParamError, Shader};
 
 use crate::render::sampler::PixelSampler;
@@ -83,13 +84,13 @@ fn greatest(shader: &Shader, places: &[DVec2], search: Search, seed: u64) -> f64
     }
     let albedo = |direction: u32| {
         let mut chosen = PixelSampler::new([0, 1], seed).sample(direction);
-        let wo = on_hemisphere(chosen.next_2d().as_dvec2());
+        let wo = square_to_uniform_hemisphere(chosen.next_2d().as_dvec2()).as_vec3();
         let sampler = PixelSampler::new([direction, 2], seed);
         let sum: f64 = (0..search.samples)
             .map(|index| {
                 let mut sample = sampler.sample(index);
                 let place = (f64::from(sample.next_1d()) * places.len() as f64) as usize;
-                let wi = on_hemisphere(sample.next_2d().as_dvec2());
+                let wi = square_to_uniform_hemisphere(sample.next_2d().as_dvec2()).as_vec3();
                 let f = shader.eval_lobes(places[place.min(places.len() - 1)], wi, wo).specular;
                 f64::from(f.max_element() * wi.z)
             })
@@ -98,11 +99,4 @@ fn greatest(shader: &Shader, places: &[DVec2], search: Search, seed: u64) -> f64
     };
     let albedos = (0..search.directions).into_par_iter().map(albedo);
     albedos.reduce(|| 0.0, f64::max)
-}
-
-/// A unit vector of even density over the hemisphere.
-fn on_hemisphere(square: DVec2) -> Vec3 {
-    let (sin, cos) = (2.0 * PI * square.y).sin_cos();
-    let radius = (1.0 - square.x * square.x).max(0.0).sqrt();
-    DVec3::new(radius * cos, radius * sin, square.x).as_vec3()
 }

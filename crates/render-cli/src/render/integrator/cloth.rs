@@ -91,7 +91,7 @@ impl<'a> ClothPoints<'a> {
                             let f = shader.eval_reference(uv, wi.as_dvec3(), wo.as_dvec3());
                             Lobes { specular: f.as_vec3(), ..Lobes::default() }
                         }
-                        _ => shader.eval_lobes(uv, wi, wo),
+                        Tier::Single | Tier::Batch => shader.eval_lobes(uv, wi, wo),
                     };
                     each(of, lobes, shader.pdf(uv, wi, wo));
                 }

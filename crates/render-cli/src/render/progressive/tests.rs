@@ -12,6 +12,7 @@ use crate::render::{
     checkpoint,
     exposure::{Exposure, FirstHit, YarnSeen},
     film::{Crop, Film, Size},
+    sampler::mix,
 };
 
 /// Noise of known mean and variance.
@@ -27,12 +28,6 @@ enum Subject {
 
 const WIDTH: u32 = 70;
 const HEIGHT: u32 = 50;
-
-fn mix(x: u64) -> u64 {
-    let x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    let x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    x ^ (x >> 31)
-}
 
 impl Subject {
     fn mean(self, [x, y]: [u32; 2]) -> Vec3 {

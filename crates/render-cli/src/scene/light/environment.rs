@@ -8,8 +8,8 @@ use thiserror::Error;
 use super::{
     LightAhead, LightSample,
     distribution::{choose, probability, running_sums},
-    luminance,
 };
+use crate::image::luminance;
 
 /// A picture of the surroundings at infinity in equal steps of longitude and latitude, z up.
 ///

@@ -24,6 +24,7 @@ pub use self::{
     quad::Quad,
     sphere::Sphere,
 };
+use crate::image::luminance;
 
 /// A light of a scene.
 #[derive(Clone, Debug, PartialEq)]
@@ -123,11 +124,6 @@ impl Light {
             Self::Sky(_) => Vec3::ZERO,
         })
     }
-}
-
-/// Luminance of linear RGB with the primaries of sRGB (Rec. ITU-R BT.709).
-fn luminance(rgb: Vec3) -> f32 {
-    rgb.dot(Vec3::new(0.2126, 0.7152, 0.0722))
 }
 
 #[cfg(test)]

@@ -145,7 +145,7 @@ fn power_is_what_the_lights_send() {
     let square = quad(Vec3::Z, Vec3::Y, Vec3::X);
     let constant = Light::Constant(Constant { radiance: Vec3::ONE });
     let white = Environment::new(vec![Vec3::ONE; 8], [4, 2], 0.0, 1.0).unwrap();
-    let luminance = super::luminance(Vec3::new(2.0, 1.0, 0.5));
+    let luminance = crate::image::luminance(Vec3::new(2.0, 1.0, 0.5));
     for (light, expected) in [
         (square, 4.0 * PI * luminance),
         (sphere(Vec3::ZERO, 0.5), PI * PI * luminance),
