@@ -75,6 +75,33 @@ fn floor_reflects_the_form_factor_of_the_lamp() {
 }
 
 #[test]
+fn lamp_in_pieces_lights_as_the_whole() {
+    let root = 2.0_f32.sqrt();
+    let whole = 0.5 / PI * 2.0 * 4.0 / root * (1.0 / root).atan();
+    // All are looked at, or some of them.
+    for side in [2, 4_u8] {
+        let half = 1.0 / f32::from(side);
+        let piece = |k: u8| {
+            let place = |k: u8| (2.0 * f32::from(k) + 1.0) * half - 1.0;
+            let centre = Vec3::new(place(k % side), place(k / side), 1.0);
+            let shape = RectangleLight { centre, half_u: half * Vec3::Y, half_v: half * Vec3::X };
+            Light::Quad(Quad::new(shape, Vec3::splat(2.0)))
+        };
+        let lights: Vec<_> = (0..side * side).map(piece).collect();
+        let floor = || square(Vec3::ZERO, 5.0, 0.5);
+        let found = mean(&scene(vec![floor()], CAMERA, lights.clone()), 256);
+        assert!((found - whole).abs() < 5e-3 * whole, "{found}, expected {whole}");
+        // The origin is below the edge of a black screen that hides half of them.
+        let surfaces = vec![floor(), square(Vec3::new(-2.0, 0.0, 0.5), 2.0, 0.0)];
+        let mut camera = CAMERA;
+        camera.position = Vec3::new(1.0, 0.0, 0.4);
+        let found = mean(&scene(surfaces, camera, lights), 256);
+        let half = 0.5 * whole;
+        assert!((found - half).abs() < 2e-2 * half, "{found}, expected {half} behind the screen");
+    }
+}
+
+#[test]
 fn floor_reflects_the_cosine_mean_of_the_sky() {
     let sky = Sky { zenith: Vec3::splat(1.0), horizon: Vec3::splat(0.25) };
     let scene = scene(vec![square(Vec3::ZERO, 5.0, 0.5)], CAMERA, vec![Light::Sky(sky)]);

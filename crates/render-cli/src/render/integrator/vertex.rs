@@ -49,10 +49,6 @@ impl Lobes {
         Self { diffuse: self.diffuse * by, other: self.other * by }
     }
 
-    pub(super) fn is_dark(self) -> bool {
-        self.diffuse == Vec3::ZERO && self.other == Vec3::ZERO
-    }
-
     /// The share of the diffuse lobe in each component.
     pub(super) fn diffuse_share(self) -> Vec3 {
         let all = self.diffuse + self.other;
@@ -62,6 +58,8 @@ impl Lobes {
 
 /// Light from one of the scene's lights, drawn at random.
 pub(super) struct Lit {
+    /// The index of the vertex that it falls on.
+    pub(super) vertex: usize,
     /// Towards it, unit, in the shading frame.
     wi: Vec3,
     /// And in world space.
@@ -133,22 +131,26 @@ impl<'a> Vertex<'a> {
         side * wi.z > 0.0 && side * self.point.geometric_normal.dot(wi_world) > 0.0
     }
 
-    /// One light, drawn at random, if it is in front.
-    pub(super) fn draw_light(&self, scene: &Scene, sample: &mut Sample) -> Option<Lit> {
-        let choice = sample.next_1d();
+    /// Adds light from each of the lights that the vertex, whose index is `vertex`, looks at, if it is in
+    /// front.
+    fn draw_lights(&self, vertex: usize, scene: &Scene, sample: &mut Sample, lit: &mut Vec<Lit>) {
         let square = sample.next_2d();
-        let chosen = scene.lights.choose(choice);
-        let (index, probability) = chosen.filter(|_| scene.estimator != Estimator::Directions)?;
-        let light = &scene.lights.as_slice()[index];
-        let light = light.sample(self.point.position, square)?;
-        let wi = self.frame.transpose() * light.direction;
-        self.is_in_front(wi, light.direction).then(|| Lit {
-            wi,
-            direction: light.direction,
-            distance: light.distance,
-            density: light.density * probability,
-            weight: wi.z.abs() * light.irradiance / probability,
-        })
+        for index in scene.lights.draw(|| sample.next_1d()) {
+            let light = &scene.lights.as_slice()[index];
+            let Some(light) = light.sample(self.point.position, square) else { continue };
+            let wi = self.frame.transpose() * light.direction;
+            let expected = scene.lights.expected(index);
+            if self.is_in_front(wi, light.direction) {
+                lit.push(Lit {
+                    vertex,
+                    wi,
+                    direction: light.direction,
+                    distance: light.distance,
+                    density: light.density * expected,
+                    weight: wi.z.abs() * light.irradiance / expected,
+                });
+            }
+        }
     }
 
     /// Whether something is between here and the light.
@@ -232,52 +234,58 @@ pub(super) fn close_gaps(vertices: &mut [Vertex<'_>]) {
     });
 }
 
-/// f without the cosine of each vertex that is lit: its share in what the light and [`bounces`] find,
-/// as the estimator of the scene has it; nothing of the others.
-pub(super) fn scattering(
+/// Light from all lights that each of the `vertices` looks at, in their order.
+pub(super) fn lights<'a>(
     vertices: &[Vertex<'_>],
-    lit: &[Option<Lit>],
+    samples: impl Iterator<Item = &'a mut Sample>,
     scene: &Scene,
-) -> Vec<Lobes> {
+) -> Vec<Lit> {
+    if scene.estimator == Estimator::Directions {
+        return Vec::new();
+    }
+    let mut lit = Vec::with_capacity(vertices.len() * scene.lights.as_slice().len());
+    for (index, (vertex, sample)) in vertices.iter().zip(samples).enumerate() {
+        vertex.draw_lights(index, scene, sample, &mut lit);
+    }
+    lit
+}
+
+/// f without the cosine for each light: its share in what the light and [`bounces`] find, as the estimator
+/// of the scene has it.
+pub(super) fn scattering(vertices: &[Vertex<'_>], lit: &[Lit], scene: &Scene) -> Vec<Lobes> {
     let balance = |found, pdf| match scene.estimator {
         Estimator::Both => balance(found, pdf),
         Estimator::Lights | Estimator::Directions => 1.0,
     };
-    let mut cloth = ClothPoints::new(vertices.len() * POINTS);
-    let mut lobes: Vec<_> = vertices
-        .iter()
-        .zip(lit)
-        .enumerate()
-        .map(|(index, (vertex, lit))| {
-            let Some(lit) = lit else { return Lobes::default() };
-            match &vertex.scatterer {
-                Scatterer::Matte(reflectance) => {
-                    let balance = balance(lit.density, lit.wi.z.abs() * FRAC_1_PI);
-                    Lobes { diffuse: reflectance * FRAC_1_PI * balance, other: Vec3::ZERO }
-                }
-                Scatterer::Cloth(shader, footprint) => {
-                    cloth.push(index, shader, footprint.places(), [lit.wi, vertex.wo]);
-                    Lobes::default()
-                }
-                Scatterer::FarCloth(shader, footprint, cover) => {
-                    let f = shader.far_eval_lobes(footprint, lit.wi, vertex.wo);
-                    let pdf = shader.far_pdf(footprint, lit.wi, vertex.wo);
-                    let weight = balance(lit.density, pdf) / cover;
-                    Lobes { diffuse: f.diffuse, other: f.specular }.scaled(Vec3::splat(weight))
-                }
-                Scatterer::Standard(point) => {
-                    let [diffuse, other] = point.eval_lobes(lit.wi, vertex.wo);
-                    let weight = balance(lit.density, point.pdf(lit.wi, vertex.wo));
-                    Lobes { diffuse, other }.scaled(Vec3::splat(weight))
-                }
+    let mut cloth = ClothPoints::new(lit.len() * POINTS);
+    let of_light = |(index, lit): (usize, &Lit)| {
+        let vertex = &vertices[lit.vertex];
+        match &vertex.scatterer {
+            Scatterer::Matte(reflectance) => {
+                let balance = balance(lit.density, lit.wi.z.abs() * FRAC_1_PI);
+                Lobes { diffuse: reflectance * FRAC_1_PI * balance, other: Vec3::ZERO }
             }
-        })
-        .collect();
+            Scatterer::Cloth(shader, footprint) => {
+                cloth.push(index, shader, footprint.places(), [lit.wi, vertex.wo]);
+                Lobes::default()
+            }
+            Scatterer::FarCloth(shader, footprint, cover) => {
+                let f = shader.far_eval_lobes(footprint, lit.wi, vertex.wo);
+                let pdf = shader.far_pdf(footprint, lit.wi, vertex.wo);
+                let weight = balance(lit.density, pdf) / cover;
+                Lobes { diffuse: f.diffuse, other: f.specular }.scaled(Vec3::splat(weight))
+            }
+            Scatterer::Standard(point) => {
+                let [diffuse, other] = point.eval_lobes(lit.wi, vertex.wo);
+                let weight = balance(lit.density, point.pdf(lit.wi, vertex.wo));
+                Lobes { diffuse, other }.scaled(Vec3::splat(weight))
+            }
+        }
+    };
+    let mut lobes: Vec<_> = lit.iter().enumerate().map(of_light).collect();
     cloth.scattering(scene.tier, |index, f, pdf| {
-        let (Some(lit), Scatterer::Cloth(_, footprint)) = (&lit[index], &vertices[index].scatterer)
-        else {
-            return;
-        };
+        let lit = &lit[index];
+        let Scatterer::Cloth(_, footprint) = &vertices[lit.vertex].scatterer else { return };
         let weight = balance(lit.density, pdf) / footprint.places().len() as f32;
         lobes[index].diffuse += f.diffuse * weight;
         lobes[index].other += f.specular * weight;

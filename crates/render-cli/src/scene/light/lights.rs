@@ -1,11 +1,14 @@
-//! The lights of a scene, and a choice among them.
+//! The lights of a scene, and which of them a point looks at.
 
 use super::{
     Light,
     distribution::{choose, probability, running_sums},
 };
 
-/// Lights, of which one can be chosen by its power.
+/// Most lights that a point looks at.
+const MOST_DRAWN: usize = 8;
+
+/// Lights, of which a point looks at all or at so many as [`MOST_DRAWN`], chosen by their power.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Lights {
     lights: Vec<Light>,
@@ -30,19 +33,35 @@ impl Lights {
         &self.lights
     }
 
-    /// The index of the light that `xi` in [0, 1) names, and the probability with which it does: the
-    /// light's part in the power of all. `None` when there is no power.
-    pub fn choose(&self, xi: f32) -> Option<(usize, f32)> {
-        choose(&self.sums, xi).map(|choice| (choice.index, choice.probability as f32))
+    /// The lights that a point looks at, by index: all that shine, or [`MOST_DRAWN`] of them, some twice,
+    /// chosen by the number that `xi` returns, in [0, 1), which is asked for in this case alone.
+    pub fn draw(&self, xi: impl FnOnce() -> f32) -> impl Iterator<Item = usize> {
+        let is_choice = self.lights.len() > MOST_DRAWN;
+        let xi = if is_choice { xi() } else { 0.0 };
+        let count = if is_choice { MOST_DRAWN } else { self.lights.len() };
+        (0..count).filter_map(move |k| {
+            if is_choice {
+                // Below 1 after rounding, too.
+                let xi = ((k as f32 + xi) / MOST_DRAWN as f32).min(1.0 - f32::EPSILON);
+                choose(&self.sums, xi).map(|choice| choice.index)
+            } else {
+                (self.expected(k) > 0.0).then_some(k)
+            }
+        })
     }
 
-    /// The probability with which [`Lights::choose`] names the light `index`.
+    /// How often [`Lights::draw`] names the light `index` on average.
     ///
     /// # Panics
     ///
     /// When there is no such light.
-    pub fn probability(&self, index: usize) -> f32 {
-        probability(&self.sums, index) as f32
+    pub fn expected(&self, index: usize) -> f32 {
+        let probability = probability(&self.sums, index) as f32;
+        if self.lights.len() > MOST_DRAWN {
+            MOST_DRAWN as f32 * probability
+        } else {
+            f32::from(u8::from(probability > 0.0))
+        }
     }
 }
 
@@ -64,33 +83,43 @@ mod tests {
     }
 
     #[test]
-    fn lights_are_chosen_by_their_power() {
+    fn all_of_a_few_lights_are_looked_at_but_those_that_do_not_shine() {
         let lights = Lights::new(lights(), 1.0);
-        // π, π², 0 and π² of π + 2π².
-        let pi = std::f32::consts::PI;
-        let expected = [1.0, pi, 0.0, pi].map(|power| power / (1.0 + 2.0 * pi));
-        for (index, expected) in expected.into_iter().enumerate() {
-            let found = lights.probability(index);
-            assert!((found - expected).abs() < 1e-6, "{index}: {found}, expected {expected}");
-        }
-        let mut counts = [0.0; 4];
-        let n = 10_000;
-        for k in 0..n {
-            let (index, probability) = lights.choose((k as f32 + 0.5) / n as f32).unwrap();
-            assert_eq!(probability, lights.probability(index));
-            counts[index] += 1.0 / n as f32;
-        }
-        for (count, expected) in counts.into_iter().zip(expected) {
-            assert!((count - expected).abs() < 2e-4, "{counts:?}, expected {expected}");
-        }
+        let drawn: Vec<_> = lights.draw(|| panic!("there is no choice")).collect();
+        assert_eq!(drawn, [0, 1, 3]);
+        assert_eq!([0, 1, 2, 3].map(|index| lights.expected(index)), [1.0, 1.0, 0.0, 1.0]);
     }
 
     #[test]
-    fn nothing_is_chosen_where_nothing_shines() {
-        assert_eq!(Lights::new(vec![], 1.0).choose(0.5), None);
-        assert_eq!(Lights::new(lights()[2..3].to_vec(), 1.0).choose(0.5), None);
+    fn many_lights_are_chosen_by_their_power() {
+        let lights = Lights::new([lights(), lights(), lights()].concat(), 1.0);
+        // 1, π, 0 and π of 1 + 2π, three times.
+        let pi = std::f32::consts::PI;
+        let powers = [1.0, pi, 0.0, pi].map(|power| power / (3.0 + 6.0 * pi));
+        let n = 10_000;
+        let mut counts = [0.0; 12];
+        for k in 0..n {
+            let drawn: Vec<_> = lights.draw(|| (k as f32 + 0.5) / n as f32).collect();
+            assert_eq!(drawn.len(), MOST_DRAWN);
+            drawn.iter().for_each(|&index| counts[index] += 1.0 / n as f32);
+        }
+        for (index, count) in counts.into_iter().enumerate() {
+            let (found, expected) = (lights.expected(index), 8.0 * powers[index % 4]);
+            assert!((found - expected).abs() < 1e-5, "{index}: {found}, expected {expected}");
+            assert!((count - expected).abs() < 1e-3, "{counts:?}, expected {expected}");
+        }
+        // The greatest number below 1.
+        assert_eq!(lights.draw(|| 1.0 - f32::EPSILON / 2.0).count(), MOST_DRAWN);
+    }
+
+    #[test]
+    fn nothing_is_looked_at_where_nothing_shines() {
+        let none = |lights: Vec<Light>| Lights::new(lights, 1.0).draw(|| 0.5).next();
+        assert_eq!(none(vec![]), None);
+        assert_eq!(none(lights()[2..3].to_vec()), None);
+        assert_eq!(none(vec![lights()[2].clone(); 20]), None);
         // A radius that makes the power overflow, and one that is not a number.
-        assert!(Lights::new(lights(), 1e30).choose(0.5).is_some());
-        assert_eq!(Lights::new(lights(), f32::NAN).choose(0.5).unwrap().0, 1);
+        assert!(Lights::new(lights(), 1e30).draw(|| 0.5).next().is_some());
+        assert_eq!(Lights::new(lights(), f32::NAN).draw(|| 0.5).next(), Some(1));
     }
 }
