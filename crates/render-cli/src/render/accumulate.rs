@@ -277,14 +277,14 @@ impl Tile {
     /// Adds samples to each pixel until there are `samples`. In which portions they are added
     /// changes no bit.
     pub(super) fn expose(&mut self, subject: &impl Expose, samples: u32) {
-        let pixels: Vec<_> = self.rectangle.pixels().collect();
+        let (places, pixels) = self.by_blocks();
         for sample in self.samples..samples {
             let is_even = sample % 2 == 0;
             let index = match &self.evens[..] {
                 [] => sample,
                 _ => sample / 2 + if is_even { 0 } else { MAX_SAMPLES },
             };
-            for (pixel, exposure) in subject.expose_all(&pixels, index).iter().enumerate() {
+            for (&pixel, exposure) in places.iter().zip(&subject.expose_all(&pixels, index)) {
                 let radiance = exposure.radiance.as_dvec3();
                 self.sums[pixel] += radiance;
                 if let Some(even) = self.evens.get_mut(pixel).filter(|_| is_even) {
@@ -296,6 +296,16 @@ impl Tile {
             }
         }
         self.samples = self.samples.max(samples);
+    }
+
+    /// Its pixels, after their places in the sums, so that those that stand close to each other in the
+    /// list do so in the picture: what they see is close by too, and is dealt with together.
+    fn by_blocks(&self) -> (Vec<usize>, Vec<[u32; 2]>) {
+        /// Pixels along each side of a block.
+        const BLOCK: u32 = 4;
+        let mut pixels: Vec<_> = self.rectangle.pixels().enumerate().collect();
+        pixels.sort_by_key(|(_, [x, y])| [y / BLOCK, x / BLOCK]);
+        pixels.into_iter().unzip()
     }
 
     /// An estimate of the error of the tile's means, see [`relative_error`]; infinite for less than

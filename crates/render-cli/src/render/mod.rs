@@ -12,6 +12,7 @@ pub mod integrator;
 pub mod intersect;
 pub mod progressive;
 pub mod sampler;
+pub mod stages;
 
 use glam::Vec2;
 #[cfg(test)]

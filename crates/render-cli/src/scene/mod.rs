@@ -35,6 +35,7 @@ use crate::render::{
     film::Filter,
     integrator::Estimator,
     intersect::{Geometry, GeometryError, Hit, Ray},
+    stages::Stages,
 };
 
 /// A scene ready for rays.
@@ -58,6 +59,8 @@ pub struct Scene {
     pub tier: Tier,
     /// How often it was, at either level.
     pub shades: Shades,
+    /// Where the time goes that its pictures take.
+    pub stages: Stages,
     surfaces: Vec<Surface>,
     geometry: Arc<Geometry>,
 }
@@ -168,6 +171,7 @@ impl Scene {
             detail: Detail::default(),
             tier: Tier::default(),
             shades: Shades::default(),
+            stages: Stages::default(),
             surfaces,
             geometry,
         }
@@ -227,6 +231,22 @@ impl Scene {
     /// The nearest hit on the ray that is not a gap in cloth.
     pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
         self.geometry.intersect_where(ray, 0.0, f32::INFINITY, |hit| self.is_solid(hit))
+    }
+
+    /// The nearest hits on `rays`, each as [`Scene::intersect`] finds it.
+    pub fn intersect_all(&self, rays: &[Ray]) -> Vec<Option<Hit>> {
+        let mut hits = self.geometry.intersect_all(rays, 0.0);
+        for (hit, ray) in hits.iter_mut().zip(rays) {
+            if hit.is_some_and(|hit| !self.is_solid(&hit)) {
+                *hit = self.intersect(ray);
+            }
+        }
+        hits
+    }
+
+    /// Whether anything but gaps lies on each of `rays` nearer than its distance in metres.
+    pub fn occluded_all(&self, rays: &[(Ray, f32)]) -> Vec<bool> {
+        self.geometry.occluded_all_where(rays, 0.0, |_, hit| self.is_solid(hit))
     }
 
     /// Whether anything but gaps lies on the ray nearer than `distance` metres.

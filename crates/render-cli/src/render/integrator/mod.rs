@@ -10,17 +10,19 @@
 //! once: that takes a fraction of the time of one place after the other. No path depends on its
 //! neighbours.
 
+mod choice;
 mod cloth;
 mod vertex;
 
 use glam::Vec3;
 
-use self::vertex::{Lit, Lobes, Vertex};
+use self::vertex::Vertex;
 use super::{
     exposure::Exposure,
     footprint::Beam,
     intersect::{Hit, Ray},
     sampler::Sample,
+    stages::Stage,
 };
 use crate::scene::Scene;
 
@@ -52,7 +54,9 @@ pub fn expose(
         diffuse_share: Vec3::ZERO,
         density: None,
     };
+    let mut clock = scene.stages.clock();
     let mut paths: Vec<_> = beams.into_iter().enumerate().map(start).collect();
+    clock.lap(Stage::Camera);
     let mut exposures = vec![Exposure::default(); paths.len()];
     let mut vertices = 1;
     while !paths.is_empty() {
@@ -89,6 +93,7 @@ fn advance(
     has_layers: bool,
     exposures: &mut [Exposure],
 ) -> Vec<Path> {
+    let mut clock = scene.stages.clock();
     let is_first = vertices == 1;
     let has_layers = has_layers && is_first;
     let mut add = |path: &Path, light: Vec3, diffuse_share: Vec3| {
@@ -96,37 +101,48 @@ fn advance(
         exposures[path.index].diffuse += path.throughput * light * diffuse_share;
     };
 
-    let (mut arrived, mut met) = (Vec::with_capacity(paths.len()), Vec::with_capacity(paths.len()));
-    for mut path in paths {
-        let ahead = Ahead::new(scene, &path.beam.ray, vertices > scene.depth);
-        let light = lights_ahead(scene, &path.beam.ray, &ahead, path.density);
-        add(&path, light, path.diffuse_share);
-        if let Some(hit) = ahead.nearest() {
-            met.push(Vertex::new(scene, hit, &path.beam, &mut path.sample));
-            arrived.push(path);
-        }
+    let Ahead { hits, lights } = Ahead::new(scene, &paths, vertices > scene.depth);
+    for (path, light) in paths.iter().zip(lights) {
+        add(path, light, path.diffuse_share);
     }
+    clock.lap(if is_first { Stage::FirstHit } else { Stage::NextHit });
 
+    let (mut arrived, mut met) = (Vec::with_capacity(paths.len()), Vec::with_capacity(paths.len()));
+    for (mut path, hit) in paths.into_iter().zip(hits) {
+        let Some(hit) = hit else { continue };
+        met.push(Vertex::new(scene, hit, &path.beam, &mut path.sample));
+        arrived.push(path);
+    }
     vertex::close_gaps(&mut met);
     let [near, far] = vertex::shades(&met);
     scene.shades.add(near, far);
+    clock.lap(Stage::Surface);
 
     let samples = arrived.iter_mut().map(|path| &mut path.sample);
     let lit = vertex::lights(&met, samples, scene);
+    clock.lap(Stage::Light);
     let lobes = vertex::scattering(&met, &lit, scene);
+    clock.lap(Stage::Scattering);
+    let mut chosen = Vec::with_capacity(arrived.len());
     let mut rest = lobes.as_slice();
     for lit in lit.chunk_by(|a, b| a.vertex == b.vertex) {
         let (lobes, others) = rest.split_at(lit.len());
         rest = others;
-        let (path, vertex) = (&mut arrived[lit[0].vertex], &met[lit[0].vertex]);
-        let Some((lit, lobes)) = choose(lit, lobes, path.sample.next_1d()) else { continue };
-        // The shadow is dearer than the surface, and where that is dark there is none.
-        if vertex.is_shadowed(scene, lit) {
+        chosen.extend(choice::choose(lit, lobes, arrived[lit[0].vertex].sample.next_1d()));
+    }
+    // Rays to one light go similar ways.
+    chosen.sort_by_key(|(lit, _)| lit.light);
+    let shadows: Vec<_> =
+        chosen.iter().map(|(lit, _)| met[lit.vertex].shadow(scene, lit)).collect();
+    for ((lit, lobes), is_shadowed) in chosen.into_iter().zip(scene.occluded_all(&shadows)) {
+        if is_shadowed {
             continue;
         }
+        let path = &arrived[lit.vertex];
         let share = if is_first { lobes.diffuse_share() } else { path.diffuse_share };
         add(path, lobes.diffuse + lobes.other, share);
     }
+    clock.lap(Stage::Shadow);
     if has_layers {
         for (path, vertex) in arrived.iter().zip(&met) {
             exposures[path.index].first = Some(vertex.seen());
@@ -155,87 +171,70 @@ fn advance(
             path.beam = Beam { ray: Ray { origin, direction }, spread: BOUNCE_SPREAD };
             Some(path)
         });
-    on.collect()
+    let on = on.collect();
+    clock.lap(Stage::Bounce);
+    on
 }
 
-/// The share of the choice among lights that is even, whatever they bring: where the one that brings most
-/// is in the shadow, another one has to be looked at. Of six equal lights in sight, a tenth of it would take
-/// 6 % off the noise; none at all makes a shadow that a faint light fills ten times as noisy.
-const EVEN: f32 = 0.25;
+/// What the rays of paths meet.
+struct Ahead {
+    /// The surface from which each path may go on.
+    hits: Vec<Option<Hit>>,
+    /// Radiance of the lights along each ray, as [`lights_ahead`] weighs it.
+    lights: Vec<Vec3>,
+}
 
-/// One of the lights `lit` of a vertex, chosen by `xi` in [0, 1) mostly in proportion to what it brings if
-/// nothing is in its way, and what stands for all of them if so, given f of each. `None` if none brings
-/// anything.
-///
-/// The choice is what a sum of all lights costs that looks for one of them alone (Talbot, Cline & Egbert
-/// 2005).
-fn choose<'a>(lit: &'a [Lit], f: &[Lobes], xi: f32) -> Option<(&'a Lit, Lobes)> {
-    let brought = || lit.iter().zip(f).map(|(lit, lobes)| lobes.scaled(lit.weight));
-    let weight = |lobes: Lobes| (lobes.diffuse + lobes.other).element_sum().min(HUGE);
-    let (sum, count) = brought()
-        .map(weight)
-        .filter(|&weight| weight > 0.0)
-        .fold((0.0, 0), |(sum, count), weight| (sum + weight, count + 1));
-    let mut rest = xi;
-    let mut chosen = None;
-    for (lit, lobes) in lit.iter().zip(brought()) {
-        let weight = weight(lobes);
-        if weight > 0.0 {
-            let probability = (1.0 - EVEN) * (weight / sum) + EVEN / count as f32;
-            chosen = Some((lit, lobes.scaled(Vec3::splat(1.0 / probability))));
-            rest -= probability;
-            if rest < 0.0 {
-                break;
+impl Ahead {
+    /// `is_last` if no path goes on: then nobody asks which surface it is, but where there is a light
+    /// ahead, and tests whether there is any surface before it take half the time.
+    fn new(scene: &Scene, paths: &[Path], is_last: bool) -> Self {
+        let found: Vec<_> = paths
+            .iter()
+            .enumerate()
+            .flat_map(|(index, path)| {
+                let lights = lights_ahead(scene, &path.beam.ray, path.density);
+                lights.map(move |(distance, light)| (index, distance, light))
+            })
+            .collect();
+        let (hits, is_hidden): (_, Vec<_>) = if is_last {
+            let segments: Vec<_> = found
+                .iter()
+                .map(|&(index, distance, _)| (paths[index].beam.ray, distance))
+                .collect();
+            (vec![None; paths.len()], scene.occluded_all(&segments))
+        } else {
+            let rays: Vec<_> = paths.iter().map(|path| path.beam.ray).collect();
+            let hits = scene.intersect_all(&rays);
+            // A light beyond nothing at all is seen, though rounding may put a far lamp there.
+            let is_hidden = |&(index, distance, _): &(usize, f32, Vec3)| {
+                hits[index].is_some_and(|hit| distance >= hit.t)
+            };
+            let is_hidden = found.iter().map(is_hidden).collect();
+            (hits, is_hidden)
+        };
+        let mut lights = vec![Vec3::ZERO; paths.len()];
+        for ((index, _, light), is_hidden) in found.into_iter().zip(is_hidden) {
+            if !is_hidden {
+                lights[index] += light;
             }
         }
-    }
-    chosen
-}
-
-/// What weighs more is as good as this: the sum of a few is a number.
-const HUGE: f32 = 1e37;
-
-/// What a ray meets.
-enum Ahead<'a> {
-    /// The nearest surface, if there is one.
-    Nearest(Option<Hit>),
-    /// Nobody asks which: it is the last ray of a path. Tests whether there is any take half the time.
-    Any(&'a Scene, &'a Ray),
-}
-
-impl<'a> Ahead<'a> {
-    fn new(scene: &'a Scene, ray: &'a Ray, is_last: bool) -> Self {
-        if is_last { Self::Any(scene, ray) } else { Self::Nearest(scene.intersect(ray)) }
-    }
-
-    /// The surface from which the path may go on.
-    fn nearest(&self) -> Option<Hit> {
-        match self {
-            Self::Nearest(hit) => *hit,
-            Self::Any(..) => None,
-        }
-    }
-
-    /// Whether a light at `distance` is seen. One beyond nothing at all is, though rounding may put a
-    /// far lamp there.
-    fn is_clear(&self, distance: f32) -> bool {
-        match self {
-            Self::Nearest(hit) => hit.is_none_or(|hit| distance < hit.t),
-            Self::Any(scene, ray) => !scene.occluded(ray, distance),
-        }
+        Self { hits, lights }
     }
 }
 
-/// Radiance of the lights along a ray that meets what is `ahead`, which was chosen with
-/// `density`, sr⁻¹: the share of this way to find them in what both find. A ray of the camera, without
-/// a density, sees all that is infinitely far, and no lamps.
-fn lights_ahead(scene: &Scene, ray: &Ray, ahead: &Ahead<'_>, density: Option<f32>) -> Vec3 {
+/// Lights along a ray that was chosen with `density`, sr⁻¹: their distances, and of their radiance the
+/// share of this way to find them in what both find. A ray of the camera, without a density, sees all
+/// that is infinitely far, and no lamps.
+fn lights_ahead(
+    scene: &Scene,
+    ray: &Ray,
+    density: Option<f32>,
+) -> impl Iterator<Item = (f32, Vec3)> {
     let lights = scene.lights.as_slice().iter().enumerate();
-    let seen = lights.filter_map(|(index, light)| {
+    lights.filter_map(move |(index, light)| {
         let found = light.ahead(ray.origin, ray.direction)?;
         let Some(density) = density else {
-            return (found.distance == f32::INFINITY && ahead.is_clear(found.distance))
-                .then_some(found.radiance);
+            return (found.distance == f32::INFINITY).then_some((found.distance, found.radiance));
         };
         let other = found.density * scene.lights.expected(index);
         let weight = match scene.estimator {
@@ -243,9 +242,8 @@ fn lights_ahead(scene: &Scene, ray: &Ray, ahead: &Ahead<'_>, density: Option<f32
             Estimator::Directions => 1.0,
             Estimator::Lights => f32::from(u8::from(other == 0.0)),
         };
-        (weight > 0.0 && ahead.is_clear(found.distance)).then(|| found.radiance * weight)
-    });
-    seen.sum()
+        (weight > 0.0).then_some((found.distance, found.radiance * weight))
+    })
 }
 
 /// How the lights are found that light surfaces.

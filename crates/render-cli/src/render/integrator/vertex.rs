@@ -60,6 +60,8 @@ impl Lobes {
 pub(super) struct Lit {
     /// The index of the vertex that it falls on.
     pub(super) vertex: usize,
+    /// The index of the light.
+    pub(super) light: usize,
     /// Towards it, unit, in the shading frame.
     wi: Vec3,
     /// And in world space.
@@ -143,6 +145,7 @@ impl<'a> Vertex<'a> {
             if self.is_in_front(wi, light.direction) {
                 lit.push(Lit {
                     vertex,
+                    light: index,
                     wi,
                     direction: light.direction,
                     distance: light.distance,
@@ -153,11 +156,10 @@ impl<'a> Vertex<'a> {
         }
     }
 
-    /// Whether something is between here and the light.
-    pub(super) fn is_shadowed(&self, scene: &Scene, light: &Lit) -> bool {
+    /// The ray to the light and how far that is, in metres: where nothing may be for it to shine here.
+    pub(super) fn shadow(&self, scene: &Scene, light: &Lit) -> (Ray, f32) {
         let direction = light.direction;
-        let ray = Ray { origin: self.leave(scene, direction), direction };
-        scene.occluded(&ray, light.distance)
+        (Ray { origin: self.leave(scene, direction), direction }, light.distance)
     }
 
     /// What shows here.

@@ -6,17 +6,19 @@
 //! same bits seen from either side of an edge, and boxes larger than their triangles by more than
 //! the rounding of the box test ([`Geometry::resolution`]).
 
-use fearless_simd::{Level, dispatch};
+use fearless_simd::{Level, Simd, dispatch};
 use glam::{Vec3, Vec3A};
 use obvhs::aabb::Aabb;
 use thiserror::Error;
 
 use self::{
+    packet::{KINDS, PACKET, Packet, kind},
     triangle::{BLOCK, Block, TriangleTest},
-    wide::{Bounds, BoxTest, MAX_DEPTH, NO_BOX, Wide},
+    wide::{Bounds, BoxTest, MAX_DEPTH, NO_BOX, Wide, lanes},
 };
 use crate::scene::mesh::Mesh;
 
+mod packet;
 mod triangle;
 mod wide;
 
@@ -47,6 +49,20 @@ pub struct Hit {
     pub triangle: u32,
     /// Weights of the triangle's corners at the hit: ≥ 0, sum 1 up to rounding.
     pub barycentrics: Vec3,
+}
+
+impl Hit {
+    /// Whether it is the one that counts of two: the nearer, or of two at the same distance, as on an
+    /// edge, the one of the lower number.
+    fn is_before(&self, other: &Self) -> bool {
+        let place = |hit: &Self| (hit.mesh, hit.triangle);
+        self.t < other.t || self.t == other.t && place(self) < place(other)
+    }
+}
+
+/// The limit below which hits at `t` are still looked at.
+fn just_beyond(t: f32) -> f32 {
+    t.next_up()
 }
 
 /// All triangles of a scene, ready for rays.
@@ -183,10 +199,10 @@ impl Geometry {
     ) -> Option<Hit> {
         let mut nearest: Option<Hit> = None;
         self.visit(ray, [t_min, t_max], true, |hit| {
-            if nearest.is_none_or(|nearest| hit.t < nearest.t) && accept(hit) {
+            if nearest.is_none_or(|nearest| hit.is_before(&nearest)) && accept(hit) {
                 nearest = Some(*hit);
             }
-            nearest.map_or(t_max, |hit| hit.t)
+            nearest.map_or(t_max, |hit| just_beyond(hit.t))
         });
         nearest
     }
@@ -213,6 +229,10 @@ impl Geometry {
     }
 
     /// Calls `see` with hits between the limits, which answers up to where more are of interest.
+    ///
+    /// Which hits there are does not depend on the order in which boxes are looked at: those of a
+    /// leaf whose box the ray meets, not before it enters the box. As rounding is monotone, whoever
+    /// meets a box meets all that are around it.
     fn visit(
         &self,
         ray: &Ray,
@@ -221,25 +241,115 @@ impl Geometry {
         mut see: impl FnMut(&Hit) -> f32,
     ) {
         let Some(test) = TriangleTest::new(ray).filter(|_| t_min < t_max) else { return };
+        let Some(root) = self.tree.root() else { return };
         let boxes = BoxTest::new(ray);
         dispatch!(self.level, simd => self.tree.traverse(
             simd,
             &boxes,
+            root,
             [t_min, t_max],
             is_ordered,
             #[inline(always)]
-            |leaf, mut t_max| {
-                let Some(hits) = test.hits(simd, &self.blocks[leaf], [t_min, t_max]) else {
-                    return t_max;
-                };
-                for lane in (0..BLOCK).filter(|lane| hits.met >> lane & 1 == 1) {
-                    let (mesh, triangle) = self.names[leaf][lane];
-                    let (t, barycentrics) = (hits.t[lane], hits.barycentrics(lane));
-                    t_max = see(&Hit { t, mesh, triangle, barycentrics });
-                }
-                t_max
-            }
+            |leaf, entry, t_max| {
+                self.visit_leaf(simd, &test, leaf, entry, [t_min, t_max], &mut see)
+            },
         ));
+    }
+
+    /// The nearest hits of `rays`, each as [`Geometry::intersect`] finds it, in less time for rays that
+    /// go similar ways: those that start close to each other should stand together.
+    pub fn intersect_all(&self, rays: &[Ray], t_min: f32) -> Vec<Option<Hit>> {
+        let mut nearest = vec![None; rays.len()];
+        let rays: Vec<_> = rays.iter().map(|&ray| (ray, f32::INFINITY)).collect();
+        self.visit_all(&rays, t_min, true, |ray, hit| {
+            let nearest: &mut Option<Hit> = &mut nearest[ray];
+            if nearest.is_none_or(|nearest| hit.is_before(&nearest)) {
+                *nearest = Some(*hit);
+            }
+            nearest.map_or(f32::INFINITY, |hit| just_beyond(hit.t))
+        });
+        nearest
+    }
+
+    /// Whether anything that `accept` lets stand lies on each of `rays` nearer than its distance in
+    /// metres, as [`Geometry::occluded_where`] finds it; `accept` sees hits with the number of the ray.
+    pub fn occluded_all_where(
+        &self,
+        rays: &[(Ray, f32)],
+        t_min: f32,
+        mut accept: impl FnMut(usize, &Hit) -> bool,
+    ) -> Vec<bool> {
+        let mut occluded = vec![false; rays.len()];
+        self.visit_all(rays, t_min, false, |ray, hit| {
+            occluded[ray] = occluded[ray] || accept(ray, hit);
+            if occluded[ray] { f32::NEG_INFINITY } else { rays[ray].1 }
+        });
+        occluded
+    }
+
+    /// As [`Geometry::visit`] for each of `rays`, up to a distance of its own; `see` is told which.
+    fn visit_all(
+        &self,
+        rays: &[(Ray, f32)],
+        t_min: f32,
+        is_ordered: bool,
+        mut see: impl FnMut(usize, &Hit) -> f32,
+    ) {
+        // Numbers of rays, by kind and then in their order.
+        let kinds: Vec<_> = rays
+            .iter()
+            .map(|(ray, t_max)| kind(ray).filter(|_| t_min < *t_max).unwrap_or(KINDS))
+            .collect();
+        let mut ends = [0; KINDS + 1];
+        kinds.iter().for_each(|&kind| ends[kind] += 1);
+        let mut end = 0;
+        for count in &mut ends {
+            end += *count;
+            *count = end;
+        }
+        let mut order = vec![0; rays.len()];
+        for (number, &kind) in kinds.iter().enumerate().rev() {
+            ends[kind] -= 1;
+            order[ends[kind]] = number;
+        }
+        let sound = &order[..ends[KINDS]];
+        let kinds = sound.chunk_by(|&a, &b| kinds[a] == kinds[b]);
+        for numbers in kinds.flat_map(|kind| kind.chunks(PACKET)) {
+            dispatch!(self.level, simd => {
+                let packet = numbers.iter().map(#[inline(always)] |&number| rays[number]);
+                Packet::new(simd, packet).visit(
+                    simd,
+                    self,
+                    t_min,
+                    is_ordered,
+                    #[inline(always)]
+                    |lane, hit| see(numbers[lane], hit),
+                );
+            });
+        }
+    }
+
+    /// Calls `see` with the hits of one ray in a leaf whose box it enters at `entry`; returns its last
+    /// answer, or `t_max`.
+    #[inline(always)]
+    fn visit_leaf<S: Simd>(
+        &self,
+        simd: S,
+        test: &TriangleTest,
+        leaf: usize,
+        entry: f32,
+        [t_min, mut t_max]: [f32; 2],
+        mut see: impl FnMut(&Hit) -> f32,
+    ) -> f32 {
+        // Not before the box: t ≥ entry.
+        let limits = [t_min.max(entry.next_down()), t_max];
+        let Some(hits) = test.hits(simd, &self.blocks[leaf], limits) else { return t_max };
+        for lane in lanes(hits.met) {
+            let (mesh, triangle) = self.names[leaf][lane];
+            let (t, barycentrics) = (hits.t[lane], hits.barycentrics(lane));
+            t_max = see(&Hit { t, mesh, triangle, barycentrics });
+        }
+        t_max
     }
 
     /// The greatest coordinate of all triangles, in metres.

@@ -1,6 +1,6 @@
 use std::f32::consts::{PI, TAU};
 
-use glam::Vec2;
+use glam::{Vec2, Vec3Swizzles};
 
 use super::*;
 
@@ -367,5 +367,87 @@ fn each_level_of_the_processor_gives_the_same_bits() {
         let ray = Ray { origin, direction };
         let found = geometry.intersect(&ray, 0.0, f32::INFINITY);
         assert_eq!(found, plain.intersect(&ray, 0.0, f32::INFINITY), "{ray:?}");
+    }
+}
+
+#[test]
+fn many_rays_at_once_find_what_each_finds() {
+    let meshes = [&confetti(3000), &sphere(20, 0.4, Vec3::splat(0.5))];
+    let geometry = Geometry::new(&meshes).unwrap();
+    let mut plain = Geometry::new(&meshes).unwrap();
+    plain.level = Level::baseline();
+    // From one place into similar directions, from similar places, anywhere, and towards vertices.
+    let vertices = meshes[1].positions();
+    let rays: Vec<_> = points(4000)
+        .enumerate()
+        .map(|(index, point)| {
+            let point = Vec3::from_array(point);
+            let (origin, target) = match index / 64 % 4 {
+                0 => (Vec3::new(-1.5, 0.4, 0.7), point * 0.3 + 0.3),
+                1 => (point * 0.1 + Vec3::new(0.5, 0.2, -0.5), point.yzx()),
+                2 => (point, point.zxy() + 1e-3),
+                _ => (Vec3::new(0.5, 0.5, 2.0), vertices[index % vertices.len()]),
+            };
+            let mut direction = (target - origin).normalize();
+            match index % 97 {
+                0 => direction[index % 3] = 0.0,
+                1 => direction = Vec3::NEG_Z,
+                2 => direction[index % 3] = f32::NAN,
+                _ => {}
+            }
+            Ray { origin, direction }
+        })
+        .collect();
+    let alone: Vec<_> =
+        rays.iter().map(|ray| geometry.intersect(ray, 0.0, f32::INFINITY)).collect();
+    let hits = alone.iter().flatten().count();
+    assert!((1000..3900).contains(&hits), "{hits}");
+    for at_once in [1, 5, 16, 64, 4000] {
+        for geometry in [&geometry, &plain] {
+            let found: Vec<_> =
+                rays.chunks(at_once).flat_map(|rays| geometry.intersect_all(rays, 0.0)).collect();
+            for ((ray, alone), found) in rays.iter().zip(&alone).zip(&found) {
+                assert_eq!(found, alone, "{at_once}: {ray:?}");
+            }
+            // Past, at and before the first hit.
+            let segments: Vec<_> = rays
+                .iter()
+                .zip(&alone)
+                .enumerate()
+                .map(|(index, (&ray, hit))| {
+                    let t = hit.map_or(1.0, |hit| hit.t);
+                    (ray, [f32::INFINITY, t.next_up(), t, f32::NAN][index % 4])
+                })
+                .collect();
+            let accept = |hit: &Hit| hit.triangle % 3 > 0;
+            let found = segments.chunks(at_once).flat_map(|segments| {
+                geometry.occluded_all_where(segments, 0.0, |_, hit| accept(hit))
+            });
+            for ((ray, distance), found) in segments.iter().zip(found) {
+                let alone = geometry.occluded_where(ray, 0.0, *distance, accept);
+                assert_eq!(found, alone, "{at_once}: {ray:?} {distance}");
+            }
+        }
+    }
+}
+
+#[test]
+fn of_two_hits_at_one_distance_the_first_triangle_counts() {
+    let square = |order: [[u32; 3]; 2]| {
+        mesh(vec![Vec3::ZERO, Vec3::X, Vec3::new(1.0, 1.0, 0.0), Vec3::Y], order.to_vec())
+    };
+    // Along the diagonal that both triangles share.
+    let rays: Vec<_> = (1..8)
+        .map(|k| Ray {
+            origin: Vec3::new(k as f32 / 8.0, k as f32 / 8.0, 1.0),
+            direction: -Vec3::Z,
+        })
+        .collect();
+    for order in [[[0, 1, 2], [0, 2, 3]], [[0, 2, 3], [0, 1, 2]]] {
+        let geometry = Geometry::new(&[&square(order), &square(order)]).unwrap();
+        for (ray, hit) in rays.iter().zip(geometry.intersect_all(&rays, 0.0)) {
+            assert_eq!(hit.map(|hit| (hit.mesh, hit.triangle)), Some((0, 0)), "{ray:?}");
+            assert_eq!(geometry.intersect(ray, 0.0, 2.0), hit, "{ray:?}");
+        }
     }
 }

@@ -1,7 +1,10 @@
-//! The watertight test of a ray against four triangles at a time.
+//! The watertight test of a ray against four triangles at a time, or of many rays against one.
 //!
 //! Its edge functions have the same bits seen from either side of an edge (Woop, Benthin & Wald
-//! 2013), so a ray cannot pass between two triangles that share one.
+//! 2013), so a ray cannot pass between two triangles that share one. And as [`meet`] is the same
+//! arithmetic whatever lies side by side, both ways find the same hits with the same bits.
+
+use std::ops::{Index, IndexMut};
 
 use fearless_simd::{f32x4, prelude::*};
 use glam::Vec3;
@@ -19,7 +22,7 @@ type Each = [f32; BLOCK];
 #[repr(align(16))]
 pub(super) struct Block {
     /// By corner and axis; infinite where there is no triangle, where nothing is hit.
-    corners: [[Each; 3]; 3],
+    pub(super) corners: [[Each; 3]; 3],
 }
 
 impl Block {
@@ -40,26 +43,26 @@ impl Block {
 /// A ray in the form in which triangles are tested against it: a translation and a shear after
 /// which it starts at the origin and runs along the axis `z`.
 pub(super) struct TriangleTest {
-    origin: [f32; 3],
+    pub(super) origin: [f32; 3],
     /// Which world axes become x, y and z; z is the one along which the ray runs fastest.
-    axes: [usize; 3],
+    pub(super) axes: [usize; 3],
     /// Shear in x and y, and scale of z.
-    shear: [f32; 3],
+    pub(super) shear: [f32; 3],
 }
 
-/// Where a ray meets the triangles of a block.
-pub(super) struct BlockHits {
-    /// Which are met: bit k for triangle k.
+/// Where rays meet triangles, lane by lane.
+pub(super) struct Meetings<V> {
+    /// In which lanes: bit k for lane k.
     pub(super) met: u32,
     /// Distances.
-    pub(super) t: Each,
-    areas: [Each; 3],
+    pub(super) t: V,
+    areas: [V; 3],
 }
 
-impl BlockHits {
-    /// Weights of the corners of triangle `lane`, which is met: ≥ 0, sum 1 up to rounding.
+impl<V: Index<usize, Output = f32>> Meetings<V> {
+    /// Weights of the corners in a lane that is met: ≥ 0, sum 1 up to rounding.
     pub(super) fn barycentrics(&self, lane: usize) -> Vec3 {
-        let areas = Vec3::from_array(self.areas.map(|areas| areas[lane]));
+        let areas = Vec3::from_array(self.areas.each_ref().map(|areas| areas[lane]));
         areas / areas.element_sum()
     }
 }
@@ -79,16 +82,6 @@ impl TriangleTest {
         valid.then_some(Self { origin: ray.origin.to_array(), axes, shear })
     }
 
-    /// x and y in the sheared space of one corner of each triangle, and its z before it is scaled.
-    #[inline(always)]
-    fn corner<S: Simd>(&self, simd: S, corner: &[Each; 3]) -> (f32x4<S>, f32x4<S>, f32x4<S>) {
-        let [x, y, z] = self.axes;
-        let x = f32x4::simd_from(simd, corner[x]) - self.origin[x];
-        let y = f32x4::simd_from(simd, corner[y]) - self.origin[y];
-        let z = f32x4::simd_from(simd, corner[z]) - self.origin[z];
-        (x - z * self.shear[0], y - z * self.shear[1], z)
-    }
-
     /// The triangles of `block` that the ray meets at `t_min` < t < `t_max`.
     #[inline(always)]
     pub(super) fn hits<S: Simd>(
@@ -96,52 +89,72 @@ impl TriangleTest {
         simd: S,
         block: &Block,
         [t_min, t_max]: [f32; 2],
-    ) -> Option<BlockHits> {
-        let (ax, ay, az) = self.corner(simd, &block.corners[0]);
-        let (bx, by, bz) = self.corner(simd, &block.corners[1]);
-        let (cx, cy, cz) = self.corner(simd, &block.corners[2]);
-        // Twice the signed areas that the ray's axis spans with the edges. Each product is rounded
-        // alike from both sides of an edge, so two neighbours cannot both find it outside.
-        let mut areas = [cx * by - cy * bx, ax * cy - ay * cx, bx * ay - by * ax];
+    ) -> Option<Meetings<f32x4<S>>> {
         let zero = f32x4::splat(simd, 0.0);
-        let [u, v, w] = areas;
-        let on_edge = u.simd_eq(zero) | v.simd_eq(zero) | w.simd_eq(zero);
-        if on_edge.any_true() {
-            let exact = exact_areas([
-                [ax.into(), ay.into()],
-                [bx.into(), by.into()],
-                [cx.into(), cy.into()],
-            ]);
-            let [u, v, w] = exact;
-            areas =
-                [f32x4::simd_from(simd, u), f32x4::simd_from(simd, v), f32x4::simd_from(simd, w)];
+        let mut corners = [[zero; 3]; 3];
+        for (corner, from) in corners.iter_mut().zip(&block.corners) {
+            for (k, axis) in self.axes.into_iter().enumerate() {
+                corner[k] = f32x4::simd_from(simd, from[axis]) - self.origin[axis];
+            }
         }
-        let [u, v, w] = areas;
-        let is_out = (u.simd_lt(zero) | v.simd_lt(zero) | w.simd_lt(zero))
-            & (u.simd_gt(zero) | v.simd_gt(zero) | w.simd_gt(zero));
-        if is_out.all_true() {
-            return None;
-        }
-        // det = 0 makes t infinite or NaN.
-        let det = u + v + w;
-        let t = (u * az + v * bz + w * cz) * self.shear[2] / det;
-        let is_within = t.simd_gt(f32x4::splat(simd, t_min)) & t.simd_lt(f32x4::splat(simd, t_max));
-        let is_finite = t.simd_lt(f32x4::splat(simd, f32::INFINITY));
-        let met = (is_within & is_finite & !is_out).to_bitmask() as u32;
-        (met != 0).then(|| BlockHits { met, t: t.into(), areas: [u.into(), v.into(), w.into()] })
+        let [x, y, z] = self.shear;
+        let shear = [f32x4::splat(simd, x), f32x4::splat(simd, y), f32x4::splat(simd, z)];
+        meet(
+            corners,
+            shear,
+            #[inline(always)]
+            |t| t.simd_gt(f32x4::splat(simd, t_min)) & t.simd_lt(f32x4::splat(simd, t_max)),
+        )
     }
 }
 
-/// Twice the signed areas between the origin and the edges of triangles given by the x and y of
-/// their corners: with exact signs, as products of f32 are exact in f64.
+/// Where rays meet triangles at distances that are `within`: given the corners in the axes of the
+/// rays, seen from their origins, and their shears.
+#[inline(always)]
+pub(super) fn meet<S: Simd, V: SimdFloat<S, Element = f32>>(
+    corners: [[V; 3]; 3],
+    shear: [V; 3],
+    within: impl FnOnce(V) -> V::Mask,
+) -> Option<Meetings<V>> {
+    let simd = shear[0].token();
+    let zero = V::simd_from(simd, 0.0);
+    let [[ax, ay, az], [bx, by, bz], [cx, cy, cz]] = corners;
+    let [ax, ay] = [ax - az * shear[0], ay - az * shear[1]];
+    let [bx, by] = [bx - bz * shear[0], by - bz * shear[1]];
+    let [cx, cy] = [cx - cz * shear[0], cy - cz * shear[1]];
+    // Twice the signed areas that the ray's axis spans with the edges. Each product is rounded
+    // alike from both sides of an edge, so two neighbours cannot both find it outside.
+    let mut areas = [cx * by - cy * bx, ax * cy - ay * cx, bx * ay - by * ax];
+    let [u, v, w] = areas;
+    let on_edge = u.simd_eq(zero) | v.simd_eq(zero) | w.simd_eq(zero);
+    if on_edge.any_true() {
+        take_exact_areas(&mut areas, on_edge.to_bitmask(), [[ax, ay], [bx, by], [cx, cy]]);
+    }
+    let [u, v, w] = areas;
+    let is_out = (u.simd_lt(zero) | v.simd_lt(zero) | w.simd_lt(zero))
+        & (u.simd_gt(zero) | v.simd_gt(zero) | w.simd_gt(zero));
+    if is_out.all_true() {
+        return None;
+    }
+    // det = 0 makes t infinite or NaN.
+    let det = u + v + w;
+    let t = (u * az + v * bz + w * cz) * shear[2] / det;
+    let is_finite = t.simd_lt(V::simd_from(simd, f32::INFINITY));
+    let met = (within(t) & is_finite & !is_out).to_bitmask() as u32;
+    (met != 0).then_some(Meetings { met, t, areas })
+}
+
+/// Puts twice the signed areas between the origin and the edges of triangles, given by the x and y
+/// of their corners, into these `lanes`: with exact signs, as products of f32 are exact in f64.
 #[cold]
-fn exact_areas(corners: [[Each; 2]; 3]) -> [Each; 3] {
-    let [a, b, c] = corners;
-    let area = |[px, py]: [Each; 2], [qx, qy]: [Each; 2]| {
-        std::array::from_fn(|k| {
-            let [px, py, qx, qy] = [px[k], py[k], qx[k], qy[k]].map(f64::from);
-            (px * qy - py * qx) as f32
-        })
-    };
-    [area(c, b), area(a, c), area(b, a)]
+fn take_exact_areas<V>(areas: &mut [V; 3], lanes: u64, corners: [[V; 2]; 3])
+where
+    V: IndexMut<usize, Output = f32>,
+{
+    for lane in (0..u64::BITS as usize).filter(|lane| lanes >> lane & 1 == 1) {
+        let [a, b, c] = corners.each_ref().map(|[x, y]| [x[lane], y[lane]].map(f64::from));
+        for (area, [p, q]) in areas.iter_mut().zip([[c, b], [a, c], [b, a]]) {
+            area[lane] = (p[0] * q[1] - p[1] * q[0]) as f32;
+        }
+    }
 }

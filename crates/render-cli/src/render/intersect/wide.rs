@@ -19,7 +19,7 @@ use obvhs::{
 use super::{Ray, triangle::BLOCK};
 
 /// Children of a node.
-const WIDTH: usize = 8;
+pub(super) const WIDTH: usize = 8;
 
 /// Levels of nodes that can be traversed.
 pub(super) const MAX_DEPTH: usize = 31;
@@ -33,19 +33,19 @@ const LEAF: u32 = 1 << 31;
 /// The hierarchy over boxes, and which of them are in each leaf.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Wide {
-    nodes: Vec<Node>,
+    pub(super) nodes: Vec<Node>,
     /// Levels of nodes.
     depth: usize,
 }
 
 #[derive(Clone, Debug, PartialEq)]
 #[repr(align(32))]
-struct Node {
+pub(super) struct Node {
     /// Lower bounds of the children in x, y and z, then their upper bounds; where there is no child,
     /// infinite ones that no ray meets.
-    bounds: [[f32; WIDTH]; 6],
+    pub(super) bounds: [[f32; WIDTH]; 6],
     /// Index of a node, or with [`LEAF`] that of a leaf.
-    children: [u32; WIDTH],
+    pub(super) children: [u32; WIDTH],
 }
 
 impl Node {
@@ -118,8 +118,14 @@ impl Wide {
         self.depth
     }
 
-    /// Calls `visit` with the index of each leaf whose box `ray` meets between `t_min` and `t_max`,
-    /// and with `t_max`, which becomes what `visit` answers. Ends when that is not above `t_min`.
+    /// Where a traversal starts; `None` in a tree without boxes.
+    pub(super) fn root(&self) -> Option<Child> {
+        (!self.nodes.is_empty()).then_some((f32::NEG_INFINITY, 0))
+    }
+
+    /// Calls `visit` with the index of each leaf below `start` whose box `ray` meets between `t_min`
+    /// and `t_max`, with where it enters the box, and with `t_max`, which becomes what `visit`
+    /// answers. Ends when that is not above `t_min`. Returns `t_max`.
     ///
     /// The nearer of two children of a node comes first if `is_ordered`.
     ///
@@ -129,70 +135,106 @@ impl Wide {
         &self,
         simd: S,
         ray: &BoxTest,
+        start: Child,
         [t_min, mut t_max]: [f32; 2],
         is_ordered: bool,
-        mut visit: impl FnMut(usize, f32) -> f32,
-    ) {
-        // (child, where the ray enters it), the next one last.
-        let mut stack = ArrayVec::<(u32, f32), STACK>::new();
-        let mut child = if self.nodes.is_empty() { return } else { 0 };
+        mut visit: impl FnMut(usize, f32, f32) -> f32,
+    ) -> f32 {
+        let mut stack = Stack::new();
+        let (mut entry, mut child) = start;
         loop {
-            if child & LEAF == 0 {
-                let node = &self.nodes[child as usize];
-                let (entries, mut met) = ray.meets(simd, node, [t_min, t_max]);
-                let mut next = || {
-                    let slot = met.trailing_zeros() as usize % WIDTH;
-                    let is_there = met != 0;
-                    met &= met.wrapping_sub(1);
-                    is_there.then(|| (node.children[slot], entries[slot]))
-                };
-                if let Some(mut nearest) = next() {
-                    let base = stack.len();
-                    while let Some(mut other) = next() {
-                        if is_ordered && other.1 < nearest.1 {
-                            (nearest, other) = (other, nearest);
-                        }
-                        let mut place = stack.len();
-                        if stack.try_push(other).is_err() {
-                            break;
-                        }
-                        while is_ordered && place > base && stack[place - 1].1 < other.1 {
-                            stack.swap(place - 1, place);
-                            place -= 1;
-                        }
-                    }
-                    child = nearest.0;
-                    continue;
+            if let Some(leaf) = leaf(child) {
+                t_max = visit(leaf, entry, t_max);
+                if t_max.partial_cmp(&t_min) != Some(Ordering::Greater) {
+                    return t_max;
                 }
             } else {
-                t_max = visit((child & !LEAF) as usize, t_max);
-                if t_max.partial_cmp(&t_min) != Some(Ordering::Greater) {
-                    return;
+                let node = &self.nodes[child as usize];
+                let (entries, met) = ray.meets(simd, node, [t_min, t_max]);
+                let children = lanes(met).map(
+                    #[inline(always)]
+                    |slot| (entries[slot % WIDTH], node.children[slot % WIDTH]),
+                );
+                if let Some(nearest) = put_off(&mut stack, children, is_ordered) {
+                    (entry, child) = nearest;
+                    continue;
                 }
             }
-            child = loop {
+            (entry, child) = loop {
                 match stack.pop() {
-                    Some((child, entry)) if entry <= t_max => break child,
+                    Some(next) if next.0 <= t_max => break next,
                     Some(_) => {}
-                    None => return,
+                    None => return t_max,
                 }
             };
         }
     }
 }
 
+/// A child of a node, after where a ray enters its box.
+pub(super) type Child = (f32, u32);
+
+/// What is left for later in a traversal, the next one last.
+pub(super) type Stack<T> = ArrayVec<(f32, T), STACK>;
+
+/// The leaf that `child` is, if it is one.
+#[inline(always)]
+pub(super) fn leaf(child: u32) -> Option<usize> {
+    (child & LEAF != 0).then_some((child & !LEAF) as usize)
+}
+
+/// Bits that are set in `mask`, from the lowest.
+#[inline(always)]
+pub(super) fn lanes(mut mask: u32) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(
+        #[inline(always)]
+        move || {
+            let lane = mask.trailing_zeros() as usize;
+            let is_there = mask != 0;
+            mask &= mask.wrapping_sub(1);
+            is_there.then_some(lane)
+        },
+    )
+}
+
+/// Leaves `children` for later, but for the one that comes next: the nearest, if that matters.
+#[inline(always)]
+pub(super) fn put_off<T: Copy>(
+    stack: &mut Stack<T>,
+    mut children: impl Iterator<Item = (f32, T)>,
+    is_ordered: bool,
+) -> Option<(f32, T)> {
+    let mut nearest = children.next()?;
+    let base = stack.len();
+    for mut other in children {
+        if is_ordered && other.0 < nearest.0 {
+            (nearest, other) = (other, nearest);
+        }
+        let mut place = stack.len();
+        if stack.try_push(other).is_err() {
+            break;
+        }
+        while is_ordered && place > base && stack[place - 1].0 < other.0 {
+            stack.swap(place - 1, place);
+            place -= 1;
+        }
+    }
+    Some(nearest)
+}
+
+/// Keeps components of 0 of a direction from infinite inverses, of which a multiple is NaN.
+pub(super) const SMALLEST: f32 = 1e-18;
+
 /// A ray in the form in which boxes are tested against it.
 pub(super) struct BoxTest {
-    origin: [f32; 3],
-    inverse: [f32; 3],
+    pub(super) origin: [f32; 3],
+    pub(super) inverse: [f32; 3],
     /// Row of [`Node::bounds`] that the ray meets first, by axis; three rows on is the other.
-    near: [usize; 3],
+    pub(super) near: [usize; 3],
 }
 
 impl BoxTest {
     pub(super) fn new(ray: &Ray) -> Self {
-        /// Keeps a component of 0 from an infinite inverse, of which a multiple is NaN.
-        const SMALLEST: f32 = 1e-18;
         let direction = ray.direction.to_array();
         let inverse = direction.map(|d| if d.abs() > SMALLEST { 1.0 / d } else { 1.0 / SMALLEST });
         let near = std::array::from_fn(|axis| if inverse[axis] > 0.0 { axis } else { axis + 3 });
@@ -212,10 +254,17 @@ impl BoxTest {
         };
         let [x, y, z] = self.near;
         let entry = at(0, x).max(at(1, y)).max(at(2, z).max(f32x8::splat(simd, t_min)));
-        let [x, y, z] = self.near.map(|row| if row < 3 { row + 3 } else { row - 3 });
+        let [x, y, z] = self.near;
+        let [x, y, z] = [opposite(x), opposite(y), opposite(z)];
         let exit = at(0, x).min(at(1, y)).min(at(2, z).min(f32x8::splat(simd, t_max)));
         (entry.into(), entry.simd_le(exit).to_bitmask() as u32)
     }
+}
+
+/// The row of [`Node::bounds`] of the other side of a box.
+#[inline(always)]
+pub(super) fn opposite(row: usize) -> usize {
+    if row < 3 { row + 3 } else { row - 3 }
 }
 
 /// The steps of `obvhs::bvh2::builder::build_bvh2` on one thread.
