@@ -30,6 +30,16 @@ impl Shader {
     /// the opacities mixed likewise.
     #[must_use]
     pub fn far_weight(&self, deviation: DVec2) -> f32 {
+        // What blurs in both directions blurs in all.
+        let cells = self.cells(deviation).min_element();
+        let Transition { from, to } = self.far.transition;
+        let t = ((cells - from) / (to - from)).clamp(0.0, 1.0);
+        if t.is_nan() { 0.0 } else { (t * t * (3.0 - 2.0 * t)) as f32 }
+    }
+
+    /// Standard deviations along u and v, m, of a footprint in cells: along the weft and along the warp.
+    #[must_use]
+    pub fn cells(&self, deviation: DVec2) -> DVec2 {
         let along = match self.frame.turn {
             None => deviation,
             Some((sin, cos)) => {
@@ -37,11 +47,7 @@ impl Shader {
                 DVec2::new((x * cos).hypot(y * sin), (x * sin).hypot(y * cos))
             }
         };
-        // What blurs in both directions blurs in all.
-        let cells = (along * self.frame.cells_per_m).min_element();
-        let Transition { from, to } = self.far.transition;
-        let t = ((cells - from) / (to - from)).clamp(0.0, 1.0);
-        if t.is_nan() { 0.0 } else { (t * t * (3.0 - 2.0 * t)) as f32 }
+        along * self.frame.cells_per_m
     }
 
     /// Where the pattern of the face blurs: which thread is on top, and in what colour, under ever wider

@@ -30,7 +30,12 @@ impl<'a> ClothPoints<'a> {
     }
 
     /// Places of `shader`'s cloth, uv in metres, alone: all that opacities depend on.
-    pub(super) fn push_places(&mut self, of: usize, shader: &'a Shader, places: &[DVec2]) {
+    pub(super) fn push_places(
+        &mut self,
+        of: usize,
+        shader: &'a Shader,
+        places: impl ExactSizeIterator<Item = DVec2> + Clone,
+    ) {
         self.of(shader).push_places(of, places);
     }
 
@@ -40,7 +45,7 @@ impl<'a> ClothPoints<'a> {
         &mut self,
         of: usize,
         shader: &'a Shader,
-        places: &[DVec2],
+        places: impl ExactSizeIterator<Item = DVec2> + Clone,
         [wi, wo]: [Vec3; 2],
     ) {
         let points = self.of(shader);
@@ -160,10 +165,10 @@ impl Points {
         }
     }
 
-    fn push_places(&mut self, of: usize, places: &[DVec2]) {
+    fn push_places(&mut self, of: usize, places: impl ExactSizeIterator<Item = DVec2> + Clone) {
         self.of.resize(self.of.len() + places.len(), of);
         for (axis, part) in self.uv.iter_mut().enumerate() {
-            part.extend(places.iter().map(|place| place[axis]));
+            part.extend(places.clone().map(|place| place[axis]));
         }
     }
 

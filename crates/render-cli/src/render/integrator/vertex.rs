@@ -1,6 +1,6 @@
 //! What happens where paths meet surfaces.
 
-use std::f32::consts::FRAC_1_PI;
+use std::{f32::consts::FRAC_1_PI, iter};
 
 use glam::{Mat3, Vec3};
 use selvedge_normalize::warp::square_to_cosine_hemisphere;
@@ -11,7 +11,7 @@ use crate::{
     render::{
         detail::Tier,
         exposure::{FirstHit, YarnSeen},
-        footprint::{self, Beam, Footprint, POINTS},
+        footprint::{self, Beam, Footprint, MOST_POINTS},
         intersect::{Hit, Ray},
         sampler::Sample,
     },
@@ -62,6 +62,8 @@ pub(super) struct Lit {
     pub(super) vertex: usize,
     /// The index of the light.
     pub(super) light: usize,
+    /// Of the places that the vertex has on cloth, the first one and how many are lit by this light.
+    places: [usize; 2],
     /// Towards it, unit, in the shading frame.
     wi: Vec3,
     /// And in world space.
@@ -112,8 +114,9 @@ impl<'a> Vertex<'a> {
                     let cover = if *is_open { shader.far_opacity(&footprint) } else { 1.0 };
                     Scatterer::FarCloth(shader, footprint, cover.max(LEAST_COVER))
                 } else {
-                    let offsets = footprint::offsets(axes, sample.next_2d());
-                    Scatterer::Cloth(shader, Footprint::new(point.uv, offsets))
+                    let cells = shader.cells(deviation);
+                    let footprint = Footprint::new(point.uv, axes, cells, sample.next_2d());
+                    Scatterer::Cloth(shader, footprint)
                 }
             }
             Material::Standard { standard, size } => {
@@ -135,8 +138,12 @@ impl<'a> Vertex<'a> {
 
     /// Adds light from each of the lights that the vertex, whose index is `vertex`, looks at, if it is in
     /// front.
+    ///
+    /// They light the places of cloth in turn, each an even share of them and at least one: so many places
+    /// in the light of all have less noise than all in the light of one, and take as long.
     fn draw_lights(&self, vertex: usize, scene: &Scene, sample: &mut Sample, lit: &mut Vec<Lit>) {
         let square = sample.next_2d();
+        let before = lit.len();
         for index in scene.lights.draw(|| sample.next_1d()) {
             let light = &scene.lights.as_slice()[index];
             let Some(light) = light.sample(self.point.position, square) else { continue };
@@ -146,12 +153,24 @@ impl<'a> Vertex<'a> {
                 lit.push(Lit {
                     vertex,
                     light: index,
+                    places: [0, MOST_POINTS],
                     wi,
                     direction: light.direction,
                     distance: light.distance,
                     density: light.density * expected,
                     weight: wi.z.abs() * light.irradiance / expected,
                 });
+            }
+        }
+        let lit = &mut lit[before..];
+        if let Scatterer::Cloth(_, footprint) = &self.scatterer
+            && lit.len() > 1
+        {
+            let all = footprint.places().len();
+            let count = all.div_ceil(lit.len());
+            let start = (sample.next_1d() * all as f32) as usize;
+            for (k, lit) in lit.iter_mut().enumerate() {
+                lit.places = [(start + k * count) % all, count];
             }
         }
     }
@@ -220,12 +239,12 @@ pub(super) fn shades(vertices: &[Vertex<'_>]) -> [u64; 2] {
 
 /// Takes points in gaps out of the footprints.
 pub(super) fn close_gaps(vertices: &mut [Vertex<'_>]) {
-    let mut cloth = ClothPoints::new(vertices.len() * POINTS);
+    let mut cloth = ClothPoints::new(vertices.len() * MOST_POINTS);
     for (index, vertex) in vertices.iter().enumerate() {
         if let Scatterer::Cloth(shader, footprint) = &vertex.scatterer
             && shader.has_gaps()
         {
-            cloth.push_places(index, shader, footprint.places());
+            cloth.push_places(index, shader, footprint.places().iter().copied());
         }
     }
     cloth.opacities(|index, opacities| {
@@ -259,7 +278,7 @@ pub(super) fn scattering(vertices: &[Vertex<'_>], lit: &[Lit], scene: &Scene) ->
         Estimator::Both => balance(found, pdf),
         Estimator::Lights | Estimator::Directions => 1.0,
     };
-    let mut cloth = ClothPoints::new(lit.len() * POINTS);
+    let mut cloth = ClothPoints::new(lit.len() * MOST_POINTS);
     let of_light = |(index, lit): (usize, &Lit)| {
         let vertex = &vertices[lit.vertex];
         match &vertex.scatterer {
@@ -268,7 +287,8 @@ pub(super) fn scattering(vertices: &[Vertex<'_>], lit: &[Lit], scene: &Scene) ->
                 Lobes { diffuse: reflectance * FRAC_1_PI * balance, other: Vec3::ZERO }
             }
             Scatterer::Cloth(shader, footprint) => {
-                cloth.push(index, shader, footprint.places(), [lit.wi, vertex.wo]);
+                let [first, count] = lit.places;
+                cloth.push(index, shader, footprint.some(first, count), [lit.wi, vertex.wo]);
                 Lobes::default()
             }
             Scatterer::FarCloth(shader, footprint, cover) => {
@@ -288,7 +308,8 @@ pub(super) fn scattering(vertices: &[Vertex<'_>], lit: &[Lit], scene: &Scene) ->
     cloth.scattering(scene.tier, |index, f, pdf| {
         let lit = &lit[index];
         let Scatterer::Cloth(_, footprint) = &vertices[lit.vertex].scatterer else { return };
-        let weight = balance(lit.density, pdf) / footprint.places().len() as f32;
+        let [first, count] = lit.places;
+        let weight = balance(lit.density, pdf) / footprint.some(first, count).len() as f32;
         lobes[index].diffuse += f.diffuse * weight;
         lobes[index].other += f.specular * weight;
     });
@@ -321,7 +342,7 @@ pub(super) fn bounces<'a>(
                 let choice = sample.next_1d();
                 let square = sample.next_2d();
                 let numbers = Vec3::new(choice, square.x, square.y);
-                cloth.push(index, shader, &[place], [numbers, vertex.wo]);
+                cloth.push(index, shader, iter::once(place), [numbers, vertex.wo]);
                 None
             }
             Scatterer::FarCloth(shader, footprint, cover) => {

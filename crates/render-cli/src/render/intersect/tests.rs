@@ -89,7 +89,9 @@ fn brute_force(meshes: &[&Mesh], ray: &Ray, t_min: f32, t_max: f32) -> Option<f3
     let corners = meshes.iter().flat_map(|m| (0..m.triangles().len()).map(|t| m.corners(t as u32)));
     let hits = corners.filter_map(|corners| {
         let block = Block::new([corners].into_iter());
-        dispatch!(level, simd => test.hits(simd, &block, [t_min, t_max])).map(|hits| hits.t[0])
+        dispatch!(level, simd => {
+            test.hits(simd, &block, [t_min, t_max]).map(|hits| hits.t[0])
+        })
     });
     hits.reduce(f32::min)
 }
