@@ -33,7 +33,7 @@ pub const MOST_POINTS: usize = 8;
 
 /// Points of a footprint that is narrower than [`WIDE`]. There twice as many take a tenth off the noise
 /// at most, and half as much time again.
-const POINTS: usize = 4;
+pub const POINTS: usize = 4;
 
 /// Standard deviation of the footprint, in cells, from which it has [`MOST_POINTS`]: it holds several
 /// threads, and twice as many points take a third off the noise for a fifth of the time.
@@ -76,7 +76,7 @@ impl Footprint {
     }
 
     /// `count` of the points, or all, in turn from number `first` on; uv in metres.
-    pub fn some(&self, first: usize, count: usize) -> impl ExactSizeIterator<Item = DVec2> + Clone {
+    pub fn some(&self, first: usize, count: usize) -> impl ExactSizeIterator<Item = DVec2> {
         (first..first + count.min(self.count)).map(|k| self.places[k % self.count])
     }
 

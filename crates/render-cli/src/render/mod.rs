@@ -50,8 +50,10 @@ impl Expose for View<'_> {
     }
 
     fn expose_all(&self, pixels: &[[u32; 2]], index: u32) -> Vec<Exposure> {
-        let beams = pixels.iter().map(|&pixel| {
-            let mut sample = PixelSampler::new(pixel, self.seed).sample(index);
+        let sample = |&pixel: &[u32; 2]| PixelSampler::new(pixel, self.seed).sample(index);
+        let mut samples: Vec<_> = pixels.iter().map(sample).collect();
+        sampler::prepare(samples.iter_mut(), integrator::CAMERA_AND_VERTEX);
+        let beams = pixels.iter().zip(samples).map(|(pixel, mut sample)| {
             let corner = Vec2::new(pixel[0] as f32, pixel[1] as f32);
             let place = corner + self.scene.filter.offset(sample.next_2d());
             // Two numbers that a pinhole leaves for what comes next.

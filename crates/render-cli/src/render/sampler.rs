@@ -4,9 +4,11 @@
 
 use std::{array, sync::LazyLock};
 
+use fearless_simd::{Level, Simd, dispatch};
 use glam::Vec2;
 use sobol_burley::parts::{
     Int4, hash, hash_int4, owen_scramble_int4_rev, owen_scramble_rev, sobol_int4_rev,
+    u32_to_f32_norm,
 };
 
 /// Most samples of a pixel: the length of the sequence.
@@ -26,12 +28,16 @@ pub struct PixelSampler {
 pub struct Sample {
     scramble: u32,
     index: u32,
+    /// Coordinates read.
+    read: u32,
     /// Sets of four coordinates begun.
     sets: u32,
-    /// The last of them, and how much of it is used up.
-    set: [f32; 4],
-    used: usize,
+    /// The last of them, in turn.
+    kept: [[f32; 4]; KEPT],
 }
+
+/// Sets of coordinates that a sample keeps: a power of two.
+const KEPT: usize = 4;
 
 impl PixelSampler {
     /// The sequence of the pixel at column and row `pixel`; another for another `seed`.
@@ -46,21 +52,30 @@ impl PixelSampler {
     /// sequence, independent of those before.
     pub fn sample(&self, index: u32) -> Sample {
         let scramble = self.scramble ^ (mix((index / MAX_SAMPLES).into()) >> 32) as u32;
-        Sample { scramble, index: index % MAX_SAMPLES, sets: 0, set: [0.0; 4], used: 4 }
+        Sample { scramble, index: index % MAX_SAMPLES, read: 0, sets: 0, kept: [[0.0; 4]; KEPT] }
     }
 }
 
 impl Sample {
     /// The next coordinate, in [0, 1).
     pub fn next_1d(&mut self) -> f32 {
-        if self.used == self.set.len() {
-            let scramble = self.scramble ^ mix(self.sets.into()) as u32;
-            self.set = four(self.index, scramble);
-            self.sets += 1;
-            self.used = 0;
+        if self.read == 4 * self.sets {
+            let set = four(self.index, self.next_scramble());
+            self.keep(set);
         }
-        self.used += 1;
-        self.set[self.used - 1]
+        let place = self.read as usize;
+        self.read += 1;
+        self.kept[place / 4 % KEPT][place % 4]
+    }
+
+    /// Of the next set.
+    fn next_scramble(&self) -> u32 {
+        self.scramble ^ mix(self.sets.into()) as u32
+    }
+
+    fn keep(&mut self, set: [f32; 4]) {
+        self.kept[self.sets as usize % KEPT] = set;
+        self.sets += 1;
     }
 
     /// The next two coordinates, in [0, 1)².
@@ -69,20 +84,84 @@ impl Sample {
     }
 }
 
-/// [`sobol_burley::sample_4d`] of the first four dimensions, from its parts: the integers of the
-/// sequence, which it sums bit by bit, are looked up by four bits at once.
-fn four(index: u32, scramble: u32) -> [f32; 4] {
-    static OF_BITS: LazyLock<[[Int4; 16]; 4]> = LazyLock::new(|| {
-        let of = |place: usize, bits: usize| sobol_int4_rev((bits << (28 - 4 * place)) as u32, 0);
-        array::from_fn(|place| array::from_fn(|bits| of(place, bits)))
-    });
-    let shuffled = owen_scramble_rev(index.reverse_bits(), hash(scramble ^ 0x79c6_8e4a));
-    let of_bits = &*OF_BITS;
+/// Makes the next `count` coordinates of all `samples`, at most 13, ready to be read: sixteen samples
+/// at a time, which takes a fraction of the time. Their bits are the same without.
+pub fn prepare<'a>(samples: impl Iterator<Item = &'a mut Sample>, count: u32) {
+    let level = Level::new();
+    let is_short = |sample: &Sample| 4 * sample.sets < sample.read + count.min(4 * KEPT as u32 - 3);
+    let mut short: Vec<_> = samples.filter(|sample| is_short(sample)).collect();
+    while !short.is_empty() {
+        for samples in short.chunks_mut(LANES) {
+            let (mut index, mut scramble) = ([0; LANES], [0; LANES]);
+            for ((index, scramble), sample) in index.iter_mut().zip(&mut scramble).zip(&*samples) {
+                (*index, *scramble) = (sample.index, sample.next_scramble());
+            }
+            let sets = dispatch!(level, simd => fours(simd, &index, &scramble));
+            for (lane, sample) in samples.iter_mut().enumerate() {
+                sample.keep(array::from_fn(|dimension| sets[dimension][lane]));
+            }
+        }
+        short.retain(|sample| is_short(sample));
+    }
+}
+
+/// Of the index, and of each dimension: keeps them independent where they get equal scramblings.
+const OF_INDEX: u32 = 0x79c6_8e4a;
+const BY_DIMENSION: [u32; 4] = [0x912f_69ba, 0x174f_18ab, 0x691e_72ca, 0xb40c_c1b8];
+
+/// Keeps the scrambling of a set from cancelling those of dimensions.
+const OF_SET: u32 = 0x9c8f_2d3b;
+
+/// The integers of the sequence, which it sums bit by bit, for four bits of the index at once.
+static OF_BITS: LazyLock<[[Int4; 16]; 4]> = LazyLock::new(|| {
+    let of = |place: usize, bits: usize| sobol_int4_rev((bits << (28 - 4 * place)) as u32, 0);
+    array::from_fn(|place| array::from_fn(|bits| of(place, bits)))
+});
+
+/// The sum of those of an index that is shuffled and reversed.
+#[inline(always)]
+fn sobol(of_bits: &[[Int4; 16]; 4], shuffled: u32) -> Int4 {
     let part = |place: usize| of_bits[place][(shuffled >> (28 - 4 * place)) as usize % 16];
-    let sobol = part(0) ^ part(1) ^ part(2) ^ part(3);
-    let by_dimension: Int4 = [0x912f_69ba, 0x174f_18ab, 0x691e_72ca, 0xb40c_c1b8].into();
-    let of_seed: Int4 = [scramble.wrapping_mul(0x9c8f_2d3b); 4].into();
-    owen_scramble_int4_rev(sobol, hash_int4(of_seed ^ by_dimension)).reverse_bits().to_f32_norm()
+    part(0) ^ part(1) ^ part(2) ^ part(3)
+}
+
+/// [`sobol_burley::sample_4d`] of the first four dimensions, from its parts.
+fn four(index: u32, scramble: u32) -> [f32; 4] {
+    let shuffled = owen_scramble_rev(index.reverse_bits(), hash(scramble ^ OF_INDEX));
+    let of_set: Int4 = [scramble.wrapping_mul(OF_SET); 4].into();
+    let scramble = hash_int4(of_set ^ BY_DIMENSION.into());
+    owen_scramble_int4_rev(sobol(&OF_BITS, shuffled), scramble).reverse_bits().to_f32_norm()
+}
+
+/// Samples side by side.
+const LANES: usize = 16;
+
+/// [`four`] of each index and scrambling, by dimension: plain loops over what the compiler finds to be
+/// lanes.
+#[inline(always)]
+fn fours<S: Simd>(_: S, index: &[u32; LANES], scramble: &[u32; LANES]) -> [[f32; LANES]; 4] {
+    let mut shuffled = [0; LANES];
+    for lane in 0..LANES {
+        let scramble = hash(scramble[lane] ^ OF_INDEX);
+        shuffled[lane] = owen_scramble_rev(index[lane].reverse_bits(), scramble);
+    }
+    let of_bits = &*OF_BITS;
+    let mut sums = [[0; LANES]; 4];
+    for lane in 0..LANES {
+        let sum: [u32; 4] = sobol(of_bits, shuffled[lane]).into();
+        for dimension in 0..4 {
+            sums[dimension][lane] = sum[dimension];
+        }
+    }
+    let mut sets = [[0.0; LANES]; 4];
+    for dimension in 0..4 {
+        for lane in 0..LANES {
+            let scramble = scramble[lane].wrapping_mul(OF_SET) ^ BY_DIMENSION[dimension];
+            let scrambled = owen_scramble_rev(sums[dimension][lane], hash(scramble));
+            sets[dimension][lane] = u32_to_f32_norm(scrambled.reverse_bits());
+        }
+    }
+    sets
 }
 
 /// A bijection that sends 0 to 0 and spreads every input bit over the output: the finalizer of
@@ -129,6 +208,23 @@ mod tests {
         for index in (0..MAX_SAMPLES).step_by(7).chain([MAX_SAMPLES - 1]) {
             for scramble in [0, 1, 0xdead_beef, u32::MAX] {
                 assert_eq!(four(index, scramble), sobol_burley::sample_4d(index, 0, scramble));
+            }
+        }
+    }
+
+    #[test]
+    fn prepared_coordinates_are_those_that_follow() {
+        let start = |pixel: u32| PixelSampler::new([pixel, 7], 3).sample(pixel % 5);
+        let mut prepared: Vec<_> = (0..37).map(start).collect();
+        let mut plain = prepared.clone();
+        for (round, count) in [3, 13, 9, 1, 13].into_iter().enumerate() {
+            prepare(prepared.iter_mut(), count);
+            for (pixel, (prepared, plain)) in prepared.iter_mut().zip(&mut plain).enumerate() {
+                assert!(prepared.sets * 4 >= prepared.read + count, "{prepared:?} {count}");
+                // Less than is prepared and more, by turns.
+                for _ in 0..count + pixel as u32 % 7 - 3 * (round as u32 % 2) {
+                    assert_eq!(prepared.next_1d(), plain.next_1d(), "{pixel} {round}");
+                }
             }
         }
     }

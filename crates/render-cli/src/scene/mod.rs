@@ -236,12 +236,43 @@ impl Scene {
     /// The nearest hits on `rays`, each as [`Scene::intersect`] finds it.
     pub fn intersect_all(&self, rays: &[Ray]) -> Vec<Option<Hit>> {
         let mut hits = self.geometry.intersect_all(rays, 0.0);
-        for (hit, ray) in hits.iter_mut().zip(rays) {
-            if hit.is_some_and(|hit| !self.is_solid(&hit)) {
+        let is_solid = self.are_solid(&hits);
+        for ((hit, is_solid), ray) in hits.iter_mut().zip(is_solid).zip(rays) {
+            if !is_solid {
                 *hit = self.intersect(ray);
             }
         }
         hits
+    }
+
+    /// [`Scene::is_solid`] of each hit; true where there is none.
+    fn are_solid(&self, hits: &[Option<Hit>]) -> Vec<bool> {
+        /// From so many on, it takes less time to ask for all opacities at once.
+        const MANY: usize = 8;
+        let mesh = |hit: &Option<Hit>| hit.map(|hit| hit.mesh);
+        let mut are_solid = Vec::with_capacity(hits.len());
+        for run in hits.chunk_by(|a, b| mesh(a) == mesh(b)) {
+            let surface = run[0].map(|hit| self.surface(&hit));
+            let Some(Surface { mesh, material: Material::Cloth { shader, is_open: true } }) =
+                surface
+            else {
+                are_solid.resize(are_solid.len() + run.len(), true);
+                continue;
+            };
+            let run = run.iter().flatten();
+            if run.clone().count() < MANY {
+                are_solid.extend(run.map(|hit| self.is_solid(hit)));
+                continue;
+            }
+            let (u, v): (Vec<_>, Vec<_>) = run
+                .map(|hit| mesh.uv(hit.triangle, hit.barycentrics).as_dvec2())
+                .map(|uv| (uv.x, uv.y))
+                .unzip();
+            let mut opacities = vec![0.0; u.len()];
+            shader.opacity_batch([&u, &v], &mut opacities).expect("there is a v for each u");
+            are_solid.extend(opacities.iter().map(|&opacity| opacity > 0.0));
+        }
+        are_solid
     }
 
     /// Whether anything but gaps lies on each of `rays` nearer than its distance in metres.

@@ -3,7 +3,7 @@
 use fearless_simd::{Simd, f32x16, prelude::*, u32x16};
 
 use super::Batch;
-use crate::density::density;
+use crate::density::{Drawing, density};
 use crate::draw::draw;
 use crate::frame::Vector;
 use crate::lanes::{LANES, put};
@@ -36,7 +36,8 @@ pub(super) struct Chunk {
     /// f of the peak, of the uniform part and of the diffuse, if the yarn were white; or a direction
     /// drawn in the yarn frame.
     white: [[f32; CHUNK]; 3],
-    density: [f32; CHUNK],
+    /// The density; or how a direction was drawn: the share of the highlight and the ends of its span.
+    density: [[f32; CHUNK]; 3],
     /// What is wanted.
     pub(super) specular: [[f32; CHUNK]; 3],
     pub(super) diffuse: [[f32; CHUNK]; 3],
@@ -51,6 +52,8 @@ pub(super) enum Wanted {
     Both,
     /// A direction, drawn by the numbers that stand in its place.
     Direction,
+    /// Both, of a direction that was just drawn.
+    Drawn,
 }
 
 /// The key of points that reflect nothing.
@@ -69,7 +72,7 @@ impl Chunk {
             is_apart: [false; CHUNK],
             intensity: [1.0; CHUNK],
             white: [[0.0; CHUNK]; 3],
-            density: [0.0; CHUNK],
+            density: [[0.0; CHUNK]; 3],
             specular: [[0.0; CHUNK]; 3],
             diffuse: [[0.0; CHUNK]; 3],
             pdf: [0.0; CHUNK],
@@ -165,9 +168,9 @@ impl Shader {
             let direction = self.settle(direction, first, chunk);
             put([direction.x, direction.y, direction.z], drawn, first);
         }
-        self.shade_white(simd, blocks, Wanted::Both, chunk);
+        self.shade_white(simd, blocks, Wanted::Drawn, chunk);
         for first in (0..points.len()).step_by(LANES) {
-            self.color(simd, first, Wanted::Both, chunk);
+            self.color(simd, first, Wanted::Drawn, chunk);
         }
     }
 
@@ -198,7 +201,7 @@ impl Shader {
                         let found = self.found_on(simd, piece, wanted, chunk, Lanes::From(first));
                         let (white, density) = found;
                         put(white, &mut chunk.white, first);
-                        density.store_slice(&mut chunk.density[first..first + LANES]);
+                        put(density, &mut chunk.density, first);
                         continue;
                     }
                     while bits != 0 {
@@ -217,14 +220,17 @@ impl Shader {
                         chunk.white[0][lane] = peak[k];
                         chunk.white[1][lane] = uniform[k];
                         chunk.white[2][lane] = diffuse[k];
-                        chunk.density[lane] = density[k];
+                        for (part, value) in chunk.density.iter_mut().zip(&density) {
+                            part[lane] = value[k];
+                        }
                     }
                 }
             }
         }
     }
 
-    /// What points on one `piece` reflect if they are white, and the density of their directions.
+    /// What points on one `piece` reflect if they are white, and the density of their directions; or
+    /// directions, and how they were drawn: as [`Chunk`] keeps them.
     ///
     /// Not inlined: it is most of the code of a batch, for each set of instructions.
     fn found_on<S: Simd>(
@@ -234,7 +240,7 @@ impl Shader {
         wanted: Wanted,
         chunk: &Chunk,
         lanes: Lanes,
-    ) -> ([f32x16<S>; 3], f32x16<S>) {
+    ) -> ([f32x16<S>; 3], [f32x16<S>; 3]) {
         simd.vectorize(
             #[inline(always)]
             || {
@@ -247,7 +253,8 @@ impl Shader {
                         self.materials.side_by_side.look(simd, &lanes.yarns(&chunk.yarn)).bright();
                     let drawing = self.drawing(piece, at, wo, bright);
                     let Vector { x, y, z } = draw(piece, at, &drawing, wo, [wi.x, wi.y, wi.z]);
-                    return ([x, y, z], zero);
+                    let [from, to] = drawing.span;
+                    return ([x, y, z], [drawing.share, from, to]);
                 }
                 let (mut white, mut pdf) =
                     (White { highlight: Parts::none(x), diffuse: zero }, zero);
@@ -255,13 +262,19 @@ impl Shader {
                     white = self.white(piece, at, wi, wo);
                 }
                 if wanted != Wanted::Lobes {
-                    let bright =
-                        self.materials.side_by_side.look(simd, &lanes.yarns(&chunk.yarn)).bright();
-                    let drawing = self.drawing(piece, at, wo, bright);
+                    let drawing = if wanted == Wanted::Drawn {
+                        let Vector { x: share, y: from, z: to } =
+                            lanes.vector(simd, &chunk.density);
+                        Drawing { span: [from, to], share }
+                    } else {
+                        let looks = &self.materials.side_by_side;
+                        let bright = looks.look(simd, &lanes.yarns(&chunk.yarn)).bright();
+                        self.drawing(piece, at, wo, bright)
+                    };
                     pdf = density(piece, at, &drawing, wi, wo);
                 }
                 let White { highlight: Parts { peak, uniform }, diffuse } = white;
-                ([peak, uniform, diffuse], pdf)
+                ([peak, uniform, diffuse], [pdf, zero, zero])
             },
         )
     }
@@ -273,7 +286,7 @@ impl Shader {
         let is_seen = !u32x16::from_slice(simd, &chunk.piece[lanes.clone()]).simd_eq(NOTHING);
         let zero = <f32x16<S> as SimdBase<S>>::splat(simd, 0.0);
         if wanted != Wanted::Lobes {
-            let density = load(simd, &chunk.density, first);
+            let density = load(simd, &chunk.density[0], first);
             is_seen.select(density, zero).store_slice(&mut chunk.pdf[lanes.clone()]);
         }
         if wanted != Wanted::Density {

@@ -5,7 +5,7 @@ use std::ptr;
 use glam::{DVec2, Vec3};
 use selvedge_yarn_brdf::{Batch, Draws, Lobes, Sample, Samples, Shader};
 
-use crate::render::detail::Tier;
+use crate::render::{detail::Tier, footprint::POINTS};
 
 /// Places of cloth, with two directions or with numbers that choose one, and with the index of whom
 /// they are of.
@@ -23,6 +23,28 @@ struct Points {
     wo: [Vec<f32>; 3],
 }
 
+/// What some places scatter, component by component.
+pub(super) struct Scattering<'a> {
+    pub(super) specular: [&'a [f32]; 3],
+    pub(super) diffuse: [&'a [f32]; 3],
+    pub(super) pdf: &'a [f32],
+}
+
+impl Scattering<'_> {
+    /// The sums of both lobes, diffuse and specular, each place weighed by what `weight` makes of its
+    /// density.
+    #[inline]
+    pub(super) fn sums(&self, weight: impl Fn(f32) -> f32) -> [Vec3; 2] {
+        let [mut diffuse, mut specular] = [Vec3::ZERO; 2];
+        for (k, &pdf) in self.pdf.iter().enumerate() {
+            let weight = weight(pdf);
+            diffuse += Vec3::from_array(self.diffuse.map(|part| part[k])) * weight;
+            specular += Vec3::from_array(self.specular.map(|part| part[k])) * weight;
+        }
+        [diffuse, specular]
+    }
+}
+
 impl<'a> ClothPoints<'a> {
     /// None as yet, of most likely `capacity`.
     pub(super) fn new(capacity: usize) -> Self {
@@ -34,7 +56,7 @@ impl<'a> ClothPoints<'a> {
         &mut self,
         of: usize,
         shader: &'a Shader,
-        places: impl ExactSizeIterator<Item = DVec2> + Clone,
+        places: impl ExactSizeIterator<Item = DVec2>,
     ) {
         self.of(shader).push_places(of, places);
     }
@@ -45,15 +67,14 @@ impl<'a> ClothPoints<'a> {
         &mut self,
         of: usize,
         shader: &'a Shader,
-        places: impl ExactSizeIterator<Item = DVec2> + Clone,
+        places: impl ExactSizeIterator<Item = DVec2>,
         [wi, wo]: [Vec3; 2],
     ) {
-        let points = self.of(shader);
+        let (points, count) = (self.of(shader), places.len());
         points.push_places(of, places);
-        let count = points.of.len();
         for (parts, vector) in [(&mut points.wi, wi), (&mut points.wo, wo)] {
             for (part, component) in parts.iter_mut().zip(vector.to_array()) {
-                part.resize(count, component);
+                repeat(part, component, count);
             }
         }
     }
@@ -84,11 +105,25 @@ impl<'a> ClothPoints<'a> {
         }
     }
 
-    /// Calls `each` with f at each place and the density with which [`ClothPoints::samples`] draws it.
-    pub(super) fn scattering(&self, tier: Tier, mut each: impl FnMut(usize, Lobes, f32)) {
+    /// Calls `each` with f at all places that were pushed for someone in turn, and the densities with
+    /// which [`ClothPoints::samples`] draws it.
+    pub(super) fn scattering(&self, tier: Tier, mut each: impl FnMut(usize, &Scattering<'_>)) {
         for (shader, points) in &self.cloths {
-            if tier != Tier::Batch {
-                for (k, &of) in points.of.iter().enumerate() {
+            let black = || vec![0.0; points.of.len()];
+            let (mut specular, mut diffuse) =
+                ([(); 3].map(|()| black()), [(); 3].map(|()| black()));
+            let mut pdf = black();
+            if tier == Tier::Batch {
+                shader
+                    .eval_lobes_pdf_batch(
+                        &points.batch(),
+                        specular.each_mut().map(Vec::as_mut_slice),
+                        diffuse.each_mut().map(Vec::as_mut_slice),
+                        &mut pdf,
+                    )
+                    .expect("all parts of a point are pushed together");
+            } else {
+                for (k, pdf) in pdf.iter_mut().enumerate() {
                     let (uv, wi, wo) =
                         (points.place(k), vector(&points.wi, k), vector(&points.wo, k));
                     let lobes = match tier {
@@ -98,25 +133,24 @@ impl<'a> ClothPoints<'a> {
                         }
                         Tier::Single | Tier::Batch => shader.eval_lobes(uv, wi, wo),
                     };
-                    each(of, lobes, shader.pdf(uv, wi, wo));
+                    for c in 0..3 {
+                        (specular[c][k], diffuse[c][k]) = (lobes.specular[c], lobes.diffuse[c]);
+                    }
+                    *pdf = shader.pdf(uv, wi, wo);
                 }
-                continue;
             }
-            let black = || vec![0.0; points.of.len()];
-            let (mut specular, mut diffuse) =
-                ([(); 3].map(|()| black()), [(); 3].map(|()| black()));
-            let mut pdf = black();
-            shader
-                .eval_lobes_pdf_batch(
-                    &points.batch(),
-                    specular.each_mut().map(Vec::as_mut_slice),
-                    diffuse.each_mut().map(Vec::as_mut_slice),
-                    &mut pdf,
-                )
-                .expect("all parts of a point are pushed together");
-            for (k, (&of, &pdf)) in points.of.iter().zip(&pdf).enumerate() {
-                let lobes = Lobes { specular: vector(&specular, k), diffuse: vector(&diffuse, k) };
-                each(of, lobes, pdf);
+            let mut first = 0;
+            for of in points.of.chunk_by(|a, b| a == b) {
+                let own = first..first + of.len();
+                first = own.end;
+                each(
+                    of[0],
+                    &Scattering {
+                        specular: specular.each_ref().map(|part| &part[own.clone()]),
+                        diffuse: diffuse.each_ref().map(|part| &part[own.clone()]),
+                        pdf: &pdf[own],
+                    },
+                );
             }
         }
     }
@@ -165,10 +199,11 @@ impl Points {
         }
     }
 
-    fn push_places(&mut self, of: usize, places: impl ExactSizeIterator<Item = DVec2> + Clone) {
-        self.of.resize(self.of.len() + places.len(), of);
-        for (axis, part) in self.uv.iter_mut().enumerate() {
-            part.extend(places.clone().map(|place| place[axis]));
+    fn push_places(&mut self, of: usize, places: impl ExactSizeIterator<Item = DVec2>) {
+        repeat(&mut self.of, of, places.len());
+        for place in places {
+            self.uv[0].push(place.x);
+            self.uv[1].push(place.y);
         }
     }
 
@@ -184,6 +219,16 @@ impl Points {
             wo: self.wo.each_ref().map(Vec::as_slice),
             active: None,
         }
+    }
+}
+
+/// Appends so many of `value`: mostly as many as a footprint has, which is quickest if it is known.
+#[inline]
+fn repeat<T: Copy>(values: &mut Vec<T>, value: T, count: usize) {
+    if count == POINTS {
+        values.extend_from_slice(&[value; POINTS]);
+    } else {
+        values.resize(values.len() + count, value);
     }
 }
 

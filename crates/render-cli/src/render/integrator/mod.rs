@@ -21,7 +21,7 @@ use super::{
     exposure::Exposure,
     footprint::Beam,
     intersect::{Hit, Ray},
-    sampler::Sample,
+    sampler::{self, Sample},
     stages::Stage,
 };
 use crate::scene::Scene;
@@ -29,6 +29,12 @@ use crate::scene::Scene;
 /// Surfaces that a path meets before it may end by chance. Ending after two instead of four gives
 /// twice the noise on the floor and saves a tenth of the time.
 const SURE_VERTICES: u32 = 4;
+
+/// Numbers that a path most likely takes at a surface: for the footprint, a light and the way on.
+const VERTEX: u32 = 9;
+
+/// Numbers that it takes from the film through its first surface.
+pub(super) const CAMERA_AND_VERTEX: u32 = 2 + VERTEX;
 
 /// Spread of the beams between surfaces, in rad. A bounce goes anywhere and does not see single
 /// threads; this blurs what it sees by a fifth of the distance.
@@ -88,7 +94,7 @@ struct Path {
 /// there.
 fn advance(
     scene: &Scene,
-    paths: Vec<Path>,
+    mut paths: Vec<Path>,
     vertices: u32,
     has_layers: bool,
     exposures: &mut [Exposure],
@@ -107,6 +113,7 @@ fn advance(
     }
     clock.lap(if is_first { Stage::FirstHit } else { Stage::NextHit });
 
+    sampler::prepare(paths.iter_mut().map(|path| &mut path.sample), VERTEX);
     let (mut arrived, mut met) = (Vec::with_capacity(paths.len()), Vec::with_capacity(paths.len()));
     for (mut path, hit) in paths.into_iter().zip(hits) {
         let Some(hit) = hit else { continue };

@@ -305,13 +305,10 @@ pub(super) fn scattering(vertices: &[Vertex<'_>], lit: &[Lit], scene: &Scene) ->
         }
     };
     let mut lobes: Vec<_> = lit.iter().enumerate().map(of_light).collect();
-    cloth.scattering(scene.tier, |index, f, pdf| {
-        let lit = &lit[index];
-        let Scatterer::Cloth(_, footprint) = &vertices[lit.vertex].scatterer else { return };
-        let [first, count] = lit.places;
-        let weight = balance(lit.density, pdf) / footprint.some(first, count).len() as f32;
-        lobes[index].diffuse += f.diffuse * weight;
-        lobes[index].other += f.specular * weight;
+    cloth.scattering(scene.tier, |index, places| {
+        let count = places.pdf.len() as f32;
+        let [diffuse, other] = places.sums(|pdf| balance(lit[index].density, pdf) / count);
+        lobes[index] = Lobes { diffuse, other };
     });
     lobes
 }

@@ -89,7 +89,7 @@ impl TriangleTest {
         simd: S,
         block: &Block,
         [t_min, t_max]: [f32; 2],
-    ) -> Option<Meetings<f32x4<S>>> {
+    ) -> Option<Meetings<[f32; BLOCK]>> {
         let zero = f32x4::splat(simd, 0.0);
         let mut corners = [[zero; 3]; 3];
         for (corner, from) in corners.iter_mut().zip(&block.corners) {
@@ -99,12 +99,13 @@ impl TriangleTest {
         }
         let [x, y, z] = self.shear;
         let shear = [f32x4::splat(simd, x), f32x4::splat(simd, y), f32x4::splat(simd, z)];
-        meet(
+        let Meetings { met, t, areas: [u, v, w] } = meet(
             corners,
             shear,
             #[inline(always)]
             |t| t.simd_gt(f32x4::splat(simd, t_min)) & t.simd_lt(f32x4::splat(simd, t_max)),
-        )
+        )?;
+        Some(Meetings { met, t: t.into(), areas: [u.into(), v.into(), w.into()] })
     }
 }
 
