@@ -217,7 +217,7 @@ mod tests {
         let start = |pixel: u32| PixelSampler::new([pixel, 7], 3).sample(pixel % 5);
         let mut prepared: Vec<_> = (0..37).map(start).collect();
         let mut plain = prepared.clone();
-        for (round, count) in [3, 13, 9, 1, 13].into_iter().enumerate() {
+        for (round, count) in [3, 13, 9, 5, 13].into_iter().enumerate() {
             prepare(prepared.iter_mut(), count);
             for (pixel, (prepared, plain)) in prepared.iter_mut().zip(&mut plain).enumerate() {
                 assert!(prepared.sets * 4 >= prepared.read + count, "{prepared:?} {count}");
