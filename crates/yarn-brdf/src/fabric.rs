@@ -2,7 +2,7 @@
 
 #[cfg(feature = "schema")]
 use core::f64::consts::TAU;
-use std::collections::HashMap;
+use std::{collections::HashMap, sync::Arc};
 
 use glam::DVec2;
 use selvedge_normalize::scale::Mode;
@@ -14,6 +14,7 @@ use crate::cloth::{
 use crate::parameter::ParamError;
 use crate::partial::{PartialError, PartialYarn};
 use crate::segment::Mapping;
+use crate::texture::{Reflected, Target, Textured, Textures, Tinted, tinted};
 use crate::weave::Weave;
 use crate::yarn::{Highlight, Yarn};
 
@@ -184,7 +185,8 @@ impl Fabric {
             end_pitch.or(pick_pitch).unwrap_or(DEFAULT_PITCH),
             pick_pitch.or(end_pitch).unwrap_or(DEFAULT_PITCH),
         );
-        let mut types = Types { fabric: self, known: HashMap::new(), yarns: Vec::new() };
+        let mut types =
+            Types { fabric: self, known: HashMap::new(), yarns: Vec::new(), textures: Vec::new() };
         let end_yarns = types.of_threads(true, ends, pitch.x)?;
         let pick_yarns = types.of_threads(false, picks, pitch.y)?;
         Ok(Cloth {
@@ -197,7 +199,7 @@ impl Fabric {
             normalization: self.normalization,
             combination: self.combination,
             steep: self.steep,
-            textures: Vec::new(),
+            textures: types.textures,
             rotation: self.rotation,
             scale: self.scale,
             seed: self.seed,
@@ -258,6 +260,7 @@ struct Types<'a> {
     fabric: &'a Fabric,
     known: HashMap<Key, u16>,
     yarns: Vec<Yarn>,
+    textures: Vec<Textured>,
 }
 
 /// What tells types apart: the overrides, and the bits of what these leave to the thread, its colour
@@ -294,7 +297,7 @@ impl Types<'_> {
         };
         let key = (
             rules.to_vec(),
-            layers().all(|(_, layer)| layer.color.is_none()).then(|| color.map(f32::to_bits)),
+            layers().all(|(_, layer)| is_color_open(layer)).then(|| color.map(f32::to_bits)),
             layers().all(|(_, layer)| layer.size.is_none()).then(|| size.to_bits()),
         );
         if let Some(&index) = self.known.get(&key) {
@@ -302,18 +305,38 @@ impl Types<'_> {
         }
         let mut yarn = Yarn { color, size, ..Fabric::default_yarn() };
         let mut tint = DEFAULT_TINT;
+        let mut textures = Textures::default();
         for (layer, partial) in layers() {
-            partial.apply(&mut yarn, &mut tint).map_err(|source| fabric_error(layer, source))?;
+            let failed = |source| fabric_error(layer, source);
+            partial.apply(&mut yarn, &mut tint).map_err(failed)?;
+            partial.apply_textures(&yarn, &mut textures).map_err(failed)?;
+        }
+        textures.set_means(&mut yarn);
+        let pictures = [Target::Specular, Target::Color].map(|target| textures.of(target));
+        if tint > 0.0 && pictures.iter().any(Option::is_some) {
+            let specular = Reflected::new(pictures[0], yarn.specular);
+            let color = Reflected::new(pictures[1], yarn.color);
+            textures.set(Target::Specular, Arc::new(Tinted { specular, color, tint }));
         }
         for (specular, color) in yarn.specular.iter_mut().zip(yarn.color) {
-            *specular *= (1.0 - tint + tint * f64::from(color)) as f32;
+            *specular = tinted(*specular, color, tint);
         }
         let index = u16::try_from(self.yarns.len())
             .map_err(|_| ClothError::TooManyYarns(self.yarns.len() + 1))?;
         self.yarns.push(yarn);
+        self.textures.extend(textures.iter().map(|(target, texture)| Textured {
+            yarn: index,
+            target,
+            texture: texture.clone(),
+        }));
         self.known.insert(key, index);
         Ok(index)
     }
+}
+
+/// Whether a layer leaves the colour to the thread.
+fn is_color_open(layer: &PartialYarn) -> bool {
+    layer.color.is_none() && layer.textures.of(Target::Color).is_none()
 }
 
 /// Mean of the plausible pitches, m.
@@ -445,6 +468,77 @@ mod tests {
         assert_eq!(blue.phase, Phase::VonMises { alpha: 0.2, beta: 9.0 });
         assert_eq!(pick.phase, Phase::VonMises { alpha: 0.05, beta: 9.0 });
         assert_eq!(pick.highlight, Highlight::Rough { sigma: 0.7 });
+    }
+
+    /// From 0 to 1 within a metre of weft.
+    #[derive(Debug)]
+    struct Ramp;
+
+    impl crate::texture::Texture for Ramp {
+        fn value(&self, uv: DVec2, footprint: f64) -> [f32; 3] {
+            [if footprint.is_finite() { uv.x.fract() as f32 } else { 0.5 }; 3]
+        }
+
+        fn range(&self) -> [f32; 2] {
+            [0.0, 1.0]
+        }
+    }
+
+    fn pictured(targets: &[Target]) -> PartialYarn {
+        let mut yarn = open();
+        for &target in targets {
+            yarn.textures.set(target, Arc::new(Ramp));
+        }
+        yarn
+    }
+
+    #[test]
+    fn pictures_and_values_take_the_place_of_each_other() {
+        let psi = Target::Parameter("psi");
+        let on_ends = |yarn| Override { is_warp: Some(true), yarn, ..Override::default() };
+        let fabric = Fabric {
+            yarn: pictured(&[psi, Target::Parameter("sigma")]),
+            overrides: vec![
+                on_ends(PartialYarn {
+                    psi: Some(0.2),
+                    highlight: Some(Highlight::Rough { sigma: 0.3 }),
+                    ..open()
+                }),
+                on_ends(pictured(&[Target::Parameter("u_max")])),
+            ],
+            ..Fabric::default()
+        };
+        let cloth = fabric.cloth(plain(), &[RED; 2], &[RED; 2]).unwrap();
+        let found: Vec<_> = cloth.textures.iter().map(|t| (t.yarn, t.target)).collect();
+        let u_max = Target::Parameter("u_max");
+        assert_eq!(found, [(0, u_max), (1, psi), (1, Target::Parameter("sigma"))]);
+        assert_eq!((cloth.yarns[0].psi, cloth.yarns[0].u_max), (0.2, 0.5));
+        assert_eq!(
+            (cloth.yarns[1].psi, cloth.yarns[1].highlight),
+            (0.5, Highlight::Rough { sigma: 0.5 })
+        );
+        assert!(cloth.prepare().is_ok());
+        let strange = Fabric { yarn: pictured(&[Target::Parameter("delta")]), ..Fabric::default() };
+        assert!(strange.cloth(plain(), &[RED; 2], &[RED; 2]).is_err());
+    }
+
+    #[test]
+    fn highlight_takes_the_colour_of_a_picture_too() {
+        let yarn =
+            PartialYarn { specular: Some([0.4; 3]), tint: Some(0.5), ..pictured(&[Target::Color]) };
+        let fabric = Fabric { yarn, ..Fabric::default() };
+        let cloth = fabric.cloth(plain(), &[RED, BLUE], &[RED; 2]).unwrap();
+        assert_eq!(cloth.yarns[0].color, [0.5; 3], "not that of the thread");
+        let texture = |target| {
+            let found = cloth.textures.iter().find(|t| (t.yarn, t.target) == (0, target)).unwrap();
+            (found.texture.value(DVec2::new(0.25, 0.0), 0.0), found.texture.range())
+        };
+        assert_eq!(texture(Target::Color), ([0.25; 3], [0.0, 1.0]));
+        assert_eq!(texture(Target::Specular), ([0.25; 3], [0.2, 0.4]));
+        let untinted = PartialYarn { tint: Some(0.0), ..pictured(&[Target::Color]) };
+        let fabric = Fabric { yarn: untinted, ..Fabric::default() };
+        let cloth = fabric.cloth(plain(), &[RED; 2], &[RED; 2]).unwrap();
+        assert_eq!(cloth.textures.len(), 1);
     }
 
     #[test]

@@ -137,7 +137,7 @@ pub use sampling::Sample;
 pub use segment::Mapping;
 pub use selvedge_normalize::scale::{Mode, Normalization};
 pub use shader::{Lobes, Shader, YarnColors, YarnPoint};
-pub use texture::{Target, Texture, Textured};
+pub use texture::{Target, Texture, Textured, Textures};
 pub use weave::{
     Local, MAX_CROSSINGS, Position, Segment, SegmentKind, Side, Sizes, ThreadPoint, ThreadSizes,
     Touching, Weave, WeaveError,

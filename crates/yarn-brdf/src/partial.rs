@@ -2,6 +2,7 @@
 
 use crate::parameter::ParamError;
 use crate::phase::Phase;
+use crate::texture::{Target, Textures};
 use crate::yarn::{Diffuse, Highlight, Yarn};
 
 /// A struct of optional numbers, which can list them by the names that [`Yarn::parameters`] has for
@@ -69,6 +70,10 @@ partial! {
         phase: Option<Phase>,
         /// Irregularities, [`Yarn::noise`].
         noise: PartialNoise,
+        /// Pictures in the place of values: where both are given, the picture holds. A value that is
+        /// given on top of it ends it. The serde form has none.
+        #[cfg_attr(feature = "serde", serde(skip))]
+        textures: Textures,
     }
     numbers {
         /// Share of the highlight that takes the colour of the yarn, which is light that has been inside
@@ -181,16 +186,39 @@ impl PartialYarn {
                 continue;
             };
             if !parameter.set(yarn, value) {
-                let (what, kind) = match name {
-                    "delta" => ("highlight", "window"),
-                    "sigma" => ("highlight", "rough"),
-                    "rho" => ("phase", "wrapped_cauchy"),
-                    _ => ("phase", "von_mises or von_mises_3d"),
-                };
-                return Err(PartialError::Absent { name, what, kind });
+                return Err(absent(name));
             }
         }
         Ok(())
+    }
+
+    /// Changes what is given in the `textures` of `yarn`, to which this has been applied.
+    pub(crate) fn apply_textures(
+        &self,
+        yarn: &Yarn,
+        textures: &mut Textures,
+    ) -> Result<(), PartialError> {
+        textures.retain(|target| !self.has_value(target));
+        for (target, texture) in self.textures.iter() {
+            if let Target::Parameter(name) = target
+                && Yarn::parameter(name).is_some_and(|parameter| parameter.of(yarn).is_none())
+            {
+                return Err(absent(name));
+            }
+            textures.set(target, texture.clone());
+        }
+        Ok(())
+    }
+
+    /// Whether a value is given for `target`, alone or with the choice that has it.
+    fn has_value(&self, target: Target) -> bool {
+        match target {
+            Target::Color => self.color.is_some(),
+            Target::Specular => self.specular.is_some(),
+            Target::Parameter("delta" | "sigma") if self.highlight.is_some() => true,
+            Target::Parameter("alpha" | "beta" | "rho") if self.phase.is_some() => true,
+            Target::Parameter(name) => self.numbers().any(|(given, _)| given == name),
+        }
     }
 
     /// What is given apart from numbers.
@@ -212,6 +240,17 @@ impl PartialYarn {
     fn numbers(&self) -> impl Iterator<Item = (&'static str, f64)> {
         self.own_numbers().chain(self.noise.own_numbers())
     }
+}
+
+/// The error of a number that belongs to another kind of highlight or phase function.
+fn absent(name: &'static str) -> PartialError {
+    let (what, kind) = match name {
+        "delta" => ("highlight", "window"),
+        "sigma" => ("highlight", "rough"),
+        "rho" => ("phase", "wrapped_cauchy"),
+        _ => ("phase", "von_mises or von_mises_3d"),
+    };
+    PartialError::Absent { name, what, kind }
 }
 
 impl From<&Yarn> for PartialYarn {
