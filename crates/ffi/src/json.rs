@@ -44,7 +44,13 @@ impl FabricText {
             let (line, column) = (error.line(), error.column());
             let what = error.to_string();
             let what = what.split(" at line ").next().unwrap_or_default();
-            let text = format!("fabric: line {line}, column {column}: {what}");
+            // As fabrics in files may have pictures.
+            let is_image = [", expected f64", ", expected a color"].iter().any(|end| {
+                what.strip_prefix("invalid type: map").is_some_and(|rest| rest.starts_with(end))
+            });
+            let hint =
+                if is_image { "; pictures are set by selvedge_fabric_set_texture" } else { "" };
+            let text = format!("fabric: line {line}, column {column}: {what}{hint}");
             Failure::new(Status::InvalidFabric, text)
         })
     }
@@ -155,6 +161,16 @@ mod tests {
             let failure = FabricText::parse(text.as_bytes()).unwrap_err();
             assert_eq!(failure.status, Status::InvalidFabric);
             assert!(failure.text.starts_with(expected), "{}\nexpected\n{expected}", failure.text);
+        }
+    }
+
+    #[test]
+    fn pictures_are_left_to_the_host() {
+        for name in ["psi", "color"] {
+            let text = format!("{{\"yarn\": {{\"{name}\": {{\"image\": \"a.png\"}}}}}}");
+            let failure = FabricText::parse(text.as_bytes()).unwrap_err();
+            let expected = "; pictures are set by selvedge_fabric_set_texture";
+            assert!(failure.text.ends_with(expected), "{}", failure.text);
         }
     }
 }

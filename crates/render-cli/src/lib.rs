@@ -20,6 +20,7 @@ pub mod args;
 pub mod bake;
 mod chi_square;
 pub mod command;
+mod data_uri;
 pub mod draft;
 pub mod fabric;
 pub mod folder;

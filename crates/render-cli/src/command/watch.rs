@@ -17,7 +17,7 @@ const TICK: Duration = Duration::from_millis(200);
 /// What a file looked like: when it was written, and how long it was. `None` where there is none.
 type Stamp = Option<(SystemTime, u64)>;
 
-/// Renders what `command` names, and again whenever its file or that of its draft changes, until
+/// Renders what `command` names, and again whenever its file or one that it names changes, until
 /// Ctrl-C.
 ///
 /// Files are drawn once they have stayed as they are from one look to the next. One that is not sound
@@ -55,8 +55,8 @@ pub(super) fn run(command: &RenderCommand) -> anyhow::Result<Outcome> {
 
 /// The files that `input` is made of, as far as it can be read.
 fn files(input: &Path) -> Vec<PathBuf> {
-    let draft = fabric::read(input).ok().and_then(|source| source.draft_file(input));
-    [input.to_owned()].into_iter().chain(draft).collect()
+    let others = fabric::read(input).map_or_else(|_| Vec::new(), |source| source.files(input));
+    [input.to_owned()].into_iter().chain(others).collect()
 }
 
 fn stamps(files: &[PathBuf]) -> Vec<Stamp> {

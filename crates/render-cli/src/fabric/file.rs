@@ -11,14 +11,18 @@ use serde::{
         value::MapAccessDeserializer,
     },
 };
+use serde_json::json;
 
+use super::images::{self, Found, TakenOut, Written as Image};
 use crate::json;
 
 /// What a file holds.
 #[derive(Debug, PartialEq)]
 pub(super) struct FabricFile {
     pub(super) draft: DraftSource,
+    /// Without the pictures in the place of values.
     pub(super) fabric: Fabric,
+    pub(super) images: Vec<Found>,
 }
 
 /// Where the draft of a fabric is.
@@ -46,8 +50,15 @@ const HEAD: [&str; 2] = ["version", "draft"];
 
 /// The fabric in `text`, or where what is wrong with it, and what would not be.
 pub(super) fn parse(text: &[u8]) -> Result<FabricFile, String> {
+    let (rest, images) = match images::take_out(text)? {
+        Some(TakenOut { rest, images }) => (Cow::Owned(rest), images),
+        None => (Cow::Borrowed(text), Vec::new()),
+    };
     // The keys of the head are handed on to a fabric no more than its own are to the head.
-    json::parse(text, &|known| if known.contains(&"overrides") { &HEAD } else { &[] })
+    let more: fn(&[&str]) -> &'static [&'static str] =
+        |known| if known.contains(&"overrides") { &HEAD } else { &[] };
+    let file: FabricFile = json::parse(&rest, &more)?;
+    Ok(FabricFile { images, ..file })
 }
 
 impl<'de> Deserialize<'de> for FabricFile {
@@ -73,7 +84,7 @@ impl<'de> Visitor<'de> for FileVisitor {
             return Err(A::Error::missing_field("version"));
         }
         let draft = head.draft.ok_or_else(|| A::Error::missing_field("draft"))?;
-        Ok(FabricFile { draft, fabric })
+        Ok(FabricFile { draft, fabric, images: Vec::new() })
     }
 }
 
@@ -140,7 +151,16 @@ impl JsonSchema for FabricFile {
     }
 
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        Described::json_schema(generator)
+        let schema = Described::json_schema(generator);
+        let image = generator.subschema_for::<Image>();
+        let yarn = generator.definitions_mut().get_mut("PartialYarn");
+        let values = yarn.and_then(|yarn| yarn.get_mut("properties")?.as_object_mut());
+        for (name, value) in values.into_iter().flatten() {
+            if images::names().any(|known| known == name) {
+                *value = json!({ "anyOf": [value.take(), &image] });
+            }
+        }
+        schema
     }
 }
 

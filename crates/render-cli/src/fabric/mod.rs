@@ -1,6 +1,7 @@
 //! From the name of a draft or a fabric to a cloth.
 
 mod file;
+mod images;
 pub mod presets;
 
 use std::{
@@ -15,8 +16,10 @@ use selvedge_yarn_brdf::{Cloth, ClothError, Fabric, Shader, Thread, Weave, Yarn}
 use serde_json::{Map, Value, json};
 use thiserror::Error;
 
+pub use self::images::MAX_NUMBERS;
 use self::{
     file::{DraftSource, FabricFile},
+    images::{FabricImage, Found, Origin},
     presets::PRESETS,
 };
 use crate::{
@@ -34,6 +37,8 @@ pub struct FabricSource {
     /// Where the draft is, if the file names one.
     draft_path: Option<PathBuf>,
     fabric: Fabric,
+    /// Those in the fabric, in the order of their places.
+    images: Vec<FabricImage>,
 }
 
 /// Why a file gives no cloth.
@@ -97,17 +102,29 @@ pub fn read(path: &Path) -> Result<FabricSource, FabricError> {
     if is_scene(text) {
         return Err(wrong("found a scene, expected a draft or a fabric".to_owned()));
     }
-    let FabricFile { draft, fabric } = file::parse(text).map_err(wrong)?;
+    let FabricFile { draft, fabric, images } = file::parse(text).map_err(&wrong)?;
+    let folder = path.parent().unwrap_or(Path::new(""));
     let (draft, draft_path) = match draft {
         DraftSource::Inline(wif) => (inline(&name, &wif), None),
         DraftSource::Path(relative) => {
-            let folder = path.parent().map_or_else(PathBuf::new, Path::to_owned);
             let draft = draft::read(&folder.join(&relative))
                 .map_err(|source| FabricError::DraftOf { name: name.clone(), source })?;
             (draft, Some(relative))
         }
     };
-    Ok(FabricSource { name, draft: Arc::new(draft), draft_path, fabric })
+    let (fabric, images) = pictured(fabric, images, Origin::Folder(folder)).map_err(wrong)?;
+    Ok(FabricSource { name, draft: Arc::new(draft), draft_path, fabric, images })
+}
+
+/// `fabric` with the pictures that were found in it.
+fn pictured(
+    mut fabric: Fabric,
+    found: Vec<Found>,
+    origin: Origin<'_>,
+) -> Result<(Fabric, Vec<FabricImage>), String> {
+    let images = images::load(found, origin)?;
+    images::install(&mut fabric, &images);
+    Ok((fabric, images))
 }
 
 /// The draft that is text in the fabric `name`.
@@ -118,15 +135,15 @@ fn inline(name: &str, wif: &str) -> DraftFile {
 /// The draft of these bytes, which messages call `name`, and nothing else.
 pub fn of_draft(name: String, bytes: &[u8]) -> FabricSource {
     let draft = Arc::new(DraftFile::new(name.clone(), bytes));
-    FabricSource { name, draft, draft_path: None, fabric: Fabric::default() }
+    FabricSource { name, draft, draft_path: None, fabric: Fabric::default(), images: Vec::new() }
 }
 
 /// The fabric of `json`, which messages call `name`. Its draft is text in it, or that of `before` where
-/// it names none; nothing is read from anywhere.
+/// it names none, and its pictures are in it too; nothing is read from anywhere.
 ///
 /// # Errors
 ///
-/// [`FabricError::NotAFabric`] when `json` is no fabric, or its draft is in a file.
+/// [`FabricError::NotAFabric`] when `json` is no fabric, or its draft or a picture is in a file.
 pub fn from_json(
     name: &str,
     mut json: Map<String, Value>,
@@ -138,8 +155,10 @@ pub fn from_json(
         json.insert("draft".to_owned(), json!({ "wif": "" }));
     }
     let text = Value::Object(json).to_string();
-    let FabricFile { draft, fabric } =
+    let FabricFile { draft, fabric, images } =
         file::parse(text.as_bytes()).map_err(|what| wrong(json::without_line(&what).to_owned()))?;
+    let origin = Origin::Inline(&before.images);
+    let (fabric, images) = pictured(fabric, images, origin).map_err(wrong)?;
     let (draft, draft_path) = match draft {
         _ if !has_draft => (Arc::clone(&before.draft), before.draft_path.clone()),
         DraftSource::Path(_) => {
@@ -150,7 +169,7 @@ pub fn from_json(
         }
         DraftSource::Inline(wif) => (Arc::new(inline(name, &wif)), None),
     };
-    Ok(FabricSource { name: name.to_owned(), draft, draft_path, fabric })
+    Ok(FabricSource { name: name.to_owned(), draft, draft_path, fabric, images })
 }
 
 /// The fabric that is compiled in as `name`.
@@ -161,13 +180,15 @@ fn preset(name: &str) -> Result<FabricSource, FabricError> {
         let known: Vec<_> = PRESETS.iter().map(|preset| preset.name).collect();
         wrong(format!("found no such preset, expected {}", json::nearest(name, &known)))
     })?;
-    let FabricFile { draft, fabric } = file::parse(preset.fabric.as_bytes()).map_err(wrong)?;
+    let FabricFile { draft, fabric, images } =
+        file::parse(preset.fabric.as_bytes()).map_err(wrong)?;
     let wif = match &draft {
         DraftSource::Inline(wif) => wif,
         DraftSource::Path(_) => preset.draft.unwrap_or_default(),
     };
     let draft = Arc::new(inline(&full_name, wif));
-    Ok(FabricSource { name: full_name, draft, draft_path: None, fabric })
+    let (fabric, images) = pictured(fabric, images, Origin::Inline(&[])).map_err(wrong)?;
+    Ok(FabricSource { name: full_name, draft, draft_path: None, fabric, images })
 }
 
 /// The JSON Schema of fabrics in files.
@@ -186,10 +207,11 @@ impl FabricSource {
         &self.draft
     }
 
-    /// The file of the draft, if the fabric in the file `path` names one.
-    pub fn draft_file(&self, path: &Path) -> Option<PathBuf> {
-        let folder = path.parent().map_or_else(PathBuf::new, Path::to_owned);
-        self.draft_path.as_ref().map(|draft| folder.join(draft))
+    /// The files that the fabric in the file `path` names.
+    pub fn files(&self, path: &Path) -> Vec<PathBuf> {
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let draft = self.draft_path.iter().map(|draft| folder.join(draft));
+        draft.chain(self.images.iter().filter_map(|image| image.file(folder))).collect()
     }
 
     /// What the draft leaves open.
@@ -213,16 +235,16 @@ impl FabricSource {
         }
     }
 
-    /// The fabric as a file: with its draft as text in it or, if not `is_inline`, as the path that it
-    /// was read with, if it was.
+    /// The fabric as a file: with its draft as text in it and its pictures as data or, if not
+    /// `is_inline`, as the paths that they were read with, if they were.
     #[expect(clippy::missing_panics_doc, reason = "JSON holds any fabric")]
     pub fn to_json(&self, is_inline: bool) -> String {
         let draft = match &self.draft_path {
             Some(path) if !is_inline => json!(path),
             _ => json!({ "wif": self.wif() }),
         };
-        let file = file::Written { version: file::VERSION, draft, fabric: &self.fabric };
-        serde_json::to_string_pretty(&file).expect("a fabric has names for keys")
+        let written = written(draft, &self.fabric, self.images.iter(), is_inline);
+        serde_json::to_string_pretty(&written).expect("a fabric has names for keys")
     }
 
     /// A fabric as a file, with its draft in it, in which every yarn has the twist and the highlight of
@@ -242,8 +264,9 @@ impl FabricSource {
         fabric.yarn.psi = Some(yarn.psi);
         fabric.yarn.highlight = Some(yarn.highlight);
         let draft = json!({ "wif": self.draft.draft()?.to_wif() });
-        let file = file::Written { version: file::VERSION, draft, fabric: &fabric };
-        Ok(serde_json::to_vec(&file).expect("a fabric has names for keys"))
+        let others = |image: &&FabricImage| !["psi", "delta", "sigma"].contains(&image.name());
+        let written = written(draft, &fabric, self.images.iter().filter(others), true);
+        Ok(serde_json::to_vec(&written).expect("a fabric has names for keys"))
     }
 
     /// The cloth, woven by `drawdown`, which is that of the draft.
@@ -277,7 +300,7 @@ impl FabricSource {
     }
 
     /// A hash of all that makes the cloth, FNV-1a with 64 bits: of the draft in its canonical form and,
-    /// after a zero byte, of the fabric in JSON. Whatever else stands in the files, their names and
+    /// after a zero byte, of the fabric in JSON and of the bytes of its pictures. Whatever else stands in the files, their names and
     /// comments, changes nothing.
     ///
     /// # Errors
@@ -290,6 +313,7 @@ impl FabricSource {
         hash.add(self.draft.draft()?.to_wif().as_bytes());
         hash.add(b"\0");
         hash.add(&fabric);
+        self.images.iter().for_each(|image| image.hash(&mut hash));
         Ok(hash.finish())
     }
 
@@ -311,6 +335,21 @@ impl FabricSource {
     pub fn no_cloth(&self, source: ClothError) -> FabricError {
         FabricError::NoCloth { name: self.name.clone(), source }
     }
+}
+
+/// The file of `fabric` with `images`, as JSON.
+fn written<'a>(
+    draft: Value,
+    fabric: &Fabric,
+    images: impl Iterator<Item = &'a FabricImage>,
+    is_inline: bool,
+) -> Value {
+    let file = file::Written { version: file::VERSION, draft, fabric };
+    // By way of text, in which single precision has its few digits.
+    let text = serde_json::to_string(&file).expect("a fabric has names for keys");
+    let mut value = serde_json::from_str(&text).expect("it has just been written");
+    images.for_each(|image| image.write(&mut value, is_inline));
+    value
 }
 
 /// The ends and the picks.

@@ -271,6 +271,18 @@ pub(super) fn decode(file: &[u8]) -> Result<Picture, ExrError> {
     Ok(picture)
 }
 
+/// How many numbers of all channels a file of these bytes claims to hold.
+///
+/// # Errors
+///
+/// As for [`decode`], as far as the head of the file tells.
+pub(super) fn numbers(file: &[u8]) -> Result<u64, ExrError> {
+    let reader = exr::block::read(Cursor::new(file), false)?;
+    let size = check(reader.headers(), file.len() as u64)?;
+    let channels: usize = reader.headers().iter().map(|part| part.channels.list.len()).sum();
+    Ok(u64::from(size.width()) * u64::from(size.height()) * channels as u64)
+}
+
 /// The level that is the picture itself; others are smaller.
 const FULL_LEVEL: Vec2<usize> = Vec2(0, 0);
 

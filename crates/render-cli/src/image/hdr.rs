@@ -93,6 +93,16 @@ pub(super) fn decode(file: &[u8]) -> Result<Picture, HdrError> {
     Ok(picture)
 }
 
+/// How many numbers a file of these bytes claims to hold.
+///
+/// # Errors
+///
+/// As for [`decode`], as far as the header tells.
+pub(super) fn numbers(file: &[u8]) -> Result<u64, HdrError> {
+    let (Header { size, .. }, _) = Header::read(file)?;
+    Ok(3 * u64::from(size.width()) * u64::from(size.height()))
+}
+
 struct Header {
     size: Size,
     /// What undoes the exposures.

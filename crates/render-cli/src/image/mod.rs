@@ -33,6 +33,8 @@ pub use self::{
     view::{View, linear_from_srgb, luminance, srgb_from_linear},
 };
 
+pub(crate) use self::read::{media_type, numbers, texels};
+
 /// A format of pictures that are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {

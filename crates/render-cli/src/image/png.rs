@@ -77,6 +77,35 @@ pub fn encode_pixels(size: Size, pixels: &[u8]) -> Result<Vec<u8>, EncodeError> 
     Ok(bytes)
 }
 
+/// The integers in a file of these bytes.
+///
+/// # Errors
+///
+/// As for [`decode`].
+pub(super) fn texels(file: &[u8]) -> Result<DynamicImage, PngError> {
+    let mut decoder = PngDecoder::with_limits(Cursor::new(file), Limits::no_limits())?;
+    let (width, height) = decoder.dimensions();
+    Size::new(width, height)?;
+    let claimed = decoder.total_bytes();
+    TooShort::check(file.len() as u64, claimed)?;
+    let mut limits = Limits::no_limits();
+    // What the pixels take, twice, and some for the chunks around them.
+    limits.max_alloc = Some(2 * claimed + (1 << 20));
+    decoder.set_limits(limits)?;
+    Ok(DynamicImage::from_decoder(decoder)?)
+}
+
+/// How many of them a file claims to hold.
+///
+/// # Errors
+///
+/// [`PngError`] when it does not say.
+pub(super) fn numbers(file: &[u8]) -> Result<u64, PngError> {
+    let decoder = PngDecoder::with_limits(Cursor::new(file), Limits::no_limits())?;
+    let (width, height) = decoder.dimensions();
+    Ok(u64::from(width) * u64::from(height) * u64::from(decoder.color_type().channel_count()))
+}
+
 /// The picture in a file of these bytes: linear `R`, `G`, `B` of colours that are taken for sRGB
 /// whatever the file says of them, as seen before black; and `A` if it has opacities.
 ///
@@ -84,20 +113,12 @@ pub fn encode_pixels(size: Size, pixels: &[u8]) -> Result<Vec<u8>, EncodeError> 
 ///
 /// [`PngError`] when there is none, before memory is taken for one that is too large.
 pub(super) fn decode(file: &[u8]) -> Result<Picture, PngError> {
-    let mut decoder = PngDecoder::with_limits(Cursor::new(file), Limits::no_limits())?;
-    let (width, height) = decoder.dimensions();
-    let size = Size::new(width, height)?;
-    let claimed = decoder.total_bytes();
-    TooShort::check(file.len() as u64, claimed)?;
-    let mut limits = Limits::no_limits();
-    // What the pixels take, twice, and some for the chunks around them.
-    limits.max_alloc = Some(2 * claimed + (1 << 20));
-    decoder.set_limits(limits)?;
-    let color = decoder.color_type();
-    let image = DynamicImage::from_decoder(decoder)?;
+    let image = texels(file)?;
+    let size = Size::new(image.width(), image.height())?;
+    let color = image.color();
 
     let mut channels: [Vec<f32>; 4] = Default::default();
-    let pixels = width as usize * height as usize;
+    let pixels = size.width() as usize * size.height() as usize;
     let count = if color.has_alpha() { 4 } else { 3 };
     channels[..count].iter_mut().for_each(|channel| channel.reserve_exact(pixels));
     let mut push = |[red, green, blue, alpha]: [f32; 4]| {

@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use ::image::{DynamicImage, ImageBuffer, Rgb};
+use glam::Vec3;
 use thiserror::Error;
 
 use super::{Picture, exr, exr::ExrError, hdr, hdr::HdrError, limit, png, png::PngError};
@@ -70,20 +72,77 @@ pub fn read(path: &Path) -> Result<Picture, ReadError> {
 ///
 /// [`DecodeError`] when there is none, or one above the limits.
 pub fn decode(bytes: &[u8]) -> Result<Picture, DecodeError> {
-    if bytes.is_empty() {
-        return Err(DecodeError::Empty);
+    match Kind::of(bytes)? {
+        Kind::Png => Ok(png::decode(bytes)?),
+        Kind::Exr => Ok(exr::decode(bytes)?),
+        Kind::Hdr => Ok(hdr::decode(bytes)?),
     }
-    if bytes.starts_with(PNG_START) {
-        return Ok(png::decode(bytes)?);
+}
+
+/// The picture in a file of these bytes as it is stored: of a PNG the integers, which are what they are
+/// taken for; else linear colours.
+///
+/// # Errors
+///
+/// As for [`decode`].
+pub(crate) fn texels(bytes: &[u8]) -> Result<DynamicImage, DecodeError> {
+    if let Kind::Png = Kind::of(bytes)? {
+        return Ok(png::texels(bytes)?);
     }
-    if bytes.starts_with(EXR_START) {
-        return Ok(exr::decode(bytes)?);
+    let picture = decode(bytes)?;
+    let size = picture.size();
+    let colors: Vec<f32> = picture.to_colors().iter().flat_map(Vec3::to_array).collect();
+    let colors = ImageBuffer::<Rgb<f32>, _>::from_raw(size.width(), size.height(), colors);
+    Ok(colors.expect("a picture has as many colours as pixels").into())
+}
+
+/// How many numbers a file of these bytes claims to hold, for which decoding takes memory.
+///
+/// # Errors
+///
+/// As for [`decode`], as far as the head of the file tells.
+pub(crate) fn numbers(bytes: &[u8]) -> Result<u64, DecodeError> {
+    match Kind::of(bytes)? {
+        Kind::Png => Ok(png::numbers(bytes)?),
+        Kind::Exr => Ok(exr::numbers(bytes)?),
+        Kind::Hdr => Ok(hdr::numbers(bytes)?),
     }
-    if hdr::STARTS.iter().any(|start| bytes.starts_with(start)) {
-        return Ok(hdr::decode(bytes)?);
+}
+
+/// The media type of a file of these bytes.
+pub(crate) fn media_type(bytes: &[u8]) -> &'static str {
+    match Kind::of(bytes) {
+        Ok(Kind::Png) => "image/png",
+        Ok(Kind::Exr) => "image/x-exr",
+        Ok(Kind::Hdr) => "image/vnd.radiance",
+        Err(_) => "application/octet-stream",
     }
-    let start: Vec<_> = bytes.iter().take(8).map(|byte| format!("{byte:02x}")).collect();
-    Err(DecodeError::UnknownFormat { start: start.join(" ") })
+}
+
+/// How a picture is stored.
+enum Kind {
+    Png,
+    Exr,
+    Hdr,
+}
+
+impl Kind {
+    fn of(bytes: &[u8]) -> Result<Self, DecodeError> {
+        if bytes.is_empty() {
+            return Err(DecodeError::Empty);
+        }
+        if bytes.starts_with(PNG_START) {
+            return Ok(Self::Png);
+        }
+        if bytes.starts_with(EXR_START) {
+            return Ok(Self::Exr);
+        }
+        if hdr::STARTS.iter().any(|start| bytes.starts_with(start)) {
+            return Ok(Self::Hdr);
+        }
+        let start: Vec<_> = bytes.iter().take(8).map(|byte| format!("{byte:02x}")).collect();
+        Err(DecodeError::UnknownFormat { start: start.join(" ") })
+    }
 }
 
 #[cfg(test)]
@@ -91,7 +150,6 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test stops at what it does not expect")]
 
     use ::exr::prelude::{Blocks, Compression, Vec2};
-    use glam::Vec3;
     use proptest::{prelude::*, sample::Index};
 
     use super::*;

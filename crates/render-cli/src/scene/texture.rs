@@ -124,6 +124,21 @@ impl MipTexture {
         }
     }
 
+    /// The least and the greatest of all components in the picture.
+    pub fn extremes(&self) -> [f32; 2] {
+        let of = |values: &mut dyn Iterator<Item = f32>| {
+            values.fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], value| {
+                [low.min(value), high.max(value)]
+            })
+        };
+        match &self.levels[0].texels {
+            Texels::Bytes(bytes) => {
+                of(&mut bytes.iter().map(|byte| self.decode[usize::from(*byte)]))
+            }
+            Texels::Floats(floats) => of(&mut floats.iter().copied()),
+        }
+    }
+
     /// Bytes of memory that it takes.
     pub fn bytes(&self) -> usize {
         let bytes = |level: &Level| match &level.texels {

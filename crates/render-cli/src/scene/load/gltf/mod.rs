@@ -24,7 +24,7 @@ use gltf::{
 
 use self::accessor::{numbers, whole_numbers};
 use super::{MAX_BYTES, Parts, check_room, quote};
-use crate::{input, scene::placement::Placement};
+use crate::{data_uri, input, scene::placement::Placement};
 
 /// y up to z up: (x, y, z) to (x, −z, y).
 const UPRIGHT: DMat3 = DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::NEG_Y);
@@ -155,7 +155,7 @@ fn read_buffers(
     for buffer in document.buffers() {
         let bytes = match buffer.source() {
             Source::Bin => blob.take().ok_or_else(|| "found no BIN chunk, expected one".to_owned()),
-            Source::Uri(text) => match uri::data(text) {
+            Source::Uri(text) => match data_uri::decode(text) {
                 Some(data) => data,
                 None => read_beside(text, folder, room),
             },
