@@ -167,7 +167,7 @@ fn what_it_shows_is_what_the_command_line_draws_from_the_saved_fabric() {
     let text = saved.json()["text"].as_str().unwrap().to_owned();
     fs::write(folder.path().join("fabric.json"), text).unwrap();
     let views = [
-        json!({ "kind": "swatch", "size": [40, 28], "spp": 5, "noise": null, "mm": 3.3 }),
+        json!({ "kind": "swatch", "size": [40, 28], "spp": 5, "noise": null, "mm": 3.3, "at": [3.7, -1.25] }),
         json!({
             "kind": "swatch", "size": [48, 32], "spp": 64, "noise": 0.3, "back": true, "seed": 7,
             "light": { "azimuth": -33.3, "elevation": 41.7 }, "exposure": -0.7, "lod": "near"

@@ -248,6 +248,11 @@ pub struct SwatchOptions {
     #[arg(long, value_name = "WIDTH", default_value_t = 20.0, value_parser = width_mm)]
     pub mm: f32,
 
+    /// What is in the lower left corner (of the back, the lower right one): millimetres along weft and
+    /// warp from the corner of the draft, each from -2000 to 2000
+    #[arg(long, value_name = "U,V", default_value = "0,0", allow_hyphen_values = true, value_parser = place_mm)]
+    pub at: [f32; 2],
+
     /// Where the light stands: raking (25° high) or top (70°), from the upper left, or its azimuth
     /// anticlockwise from the right and its elevation, degrees
     #[arg(long, value_name = "LIGHT", default_value = "raking", allow_hyphen_values = true)]
@@ -303,6 +308,19 @@ fn lod_bias(text: &str) -> Result<f32, String> {
 fn width_mm(text: &str) -> Result<f32, String> {
     let width = text.parse().ok().filter(|width| (0.1..=1000.0).contains(width));
     width.ok_or_else(|| "expected a number from 0.1 to 1000".to_owned())
+}
+
+/// Farthest place of a cloth that is looked at, mm along each thread: single precision tells 0.1 µm
+/// there.
+pub const FARTHEST_MM: f32 = 2000.0;
+
+fn place_mm(text: &str) -> Result<[f32; 2], String> {
+    let (u, v) = text.split_once(',').ok_or("expected two numbers, as in 10,20")?;
+    let number = |text: &str| {
+        let mm = text.trim().parse().ok().filter(|mm: &f32| mm.abs() <= FARTHEST_MM);
+        mm.ok_or_else(|| format!("expected numbers from -{FARTHEST_MM} to {FARTHEST_MM}"))
+    };
+    Ok([number(u)?, number(v)?])
 }
 
 /// A file for a picture, of a format that its extension tells.

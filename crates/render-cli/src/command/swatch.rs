@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use glam::Vec2;
 use selvedge_yarn_brdf::Cloth;
 
 use super::render::draw_cloth;
@@ -26,7 +27,12 @@ const DEFAULT_SPP: u32 = 8;
 /// As for [`render::run`](super::render::run), and when the picture has no room for the ruler that it
 /// is to have.
 pub fn run(options: &SwatchOptions) -> anyhow::Result<Outcome> {
-    let swatch = Swatch { width: options.mm * 1e-3, light: options.light, is_back: options.back };
+    let swatch = Swatch {
+        width: options.mm * 1e-3,
+        at: Vec2::from(options.at) * 1e-3,
+        light: options.light,
+        is_back: options.back,
+    };
     let size = match options.render.size {
         Some(size) => size,
         None => Size::new(DEFAULT_SIZE[0], DEFAULT_SIZE[1])?,

@@ -18,6 +18,8 @@ use crate::render::{camera::COMPOSED_ASPECT, film::Size};
 pub struct Swatch {
     /// Width of the view, in metres, in pictures no wider than 3 to 2.
     pub width: f32,
+    /// The place of the cloth in the corner where u = 0 and v = 0 would be: m, along weft and warp.
+    pub at: Vec2,
     /// Where the light stands.
     pub light: Light,
     /// Whether the back of the cloth is up.
@@ -92,8 +94,8 @@ impl Swatch {
 
 impl Scene {
     /// A piece of `cloth` in the plane z = 0, its middle in the picture's at the origin, x to the
-    /// right: u = 0 and v = 0 are at the lower left corner of a picture with sides of 3 to 2, or at
-    /// the lower right one of its back.
+    /// right: u = 0 and v = 0, or `swatch.at`, are at the lower left corner of a picture with sides of
+    /// 3 to 2, or at the lower right one of its back.
     ///
     /// # Errors
     ///
@@ -118,9 +120,12 @@ impl Scene {
             horizontal_fov: 2.0 * (0.5 / CAMERA_DISTANCE).atan(),
         };
         let surfaces = vec![
-            Surface { mesh: square(width, 0.0, swatch.is_back)?.into(), material: cloth },
             Surface {
-                mesh: square(width, -CARD_DEPTH, false)?.into(),
+                mesh: square(width, 0.0, swatch.at, swatch.is_back)?.into(),
+                material: cloth,
+            },
+            Surface {
+                mesh: square(width, -CARD_DEPTH, Vec2::ZERO, false)?.into(),
                 material: Material::Matte(FLOOR),
             },
         ];
@@ -128,13 +133,13 @@ impl Scene {
     }
 }
 
-/// A square at `height` widths; turned over, its face looks down and u runs to the left.
-fn square(width: f32, height: f32, is_turned: bool) -> Result<Mesh, MeshError> {
+/// A square at `height` widths, `at` in its corner; turned over, its face looks down and u runs to the left.
+fn square(width: f32, height: f32, at: Vec2, is_turned: bool) -> Result<Mesh, MeshError> {
     let side = if is_turned { -1.0 } else { 1.0 };
     let corners = [Vec2::NEG_ONE, Vec2::new(1.0, -1.0), Vec2::ONE, Vec2::new(-1.0, 1.0)];
     let corners = corners.map(|corner| corner * HALF_SIDE);
     let place = |corner: Vec2| (corner * Vec2::new(side, 1.0)).extend(height) * width;
-    let uv = |corner: Vec2| (corner + Vec2::new(0.5, 1.0 / 3.0)) * width;
+    let uv = |corner: Vec2| (corner + Vec2::new(0.5, 1.0 / 3.0)) * width + at;
     Mesh::new(
         corners.map(place).into(),
         vec![Vec3::Z * side; 4],

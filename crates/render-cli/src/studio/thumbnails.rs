@@ -35,7 +35,7 @@ pub(super) fn draw(name: &str, preparer: &mut Preparer, interrupt: &AtomicBool) 
         let cloth = source.cloth(&source.draft().drawdown()?)?;
         let Some(shader) = preparer.prepare(&cloth, &goes_on)? else { return Ok(None) };
         let light = swatch::Light::Raking;
-        let swatch = swatch::Swatch { width: WIDTH, light, is_back: false };
+        let swatch = swatch::Swatch { width: WIDTH, at: glam::Vec2::ZERO, light, is_back: false };
         Ok(Some(Scene::swatch(Material::cloth(shader), &swatch)?))
     };
     let scene = scene().expect("a preset is sound")?;

@@ -2,9 +2,11 @@
 
 use std::fmt::Write;
 
+use glam::Vec2;
 use serde::{Deserialize, Serialize};
 
 use crate::{
+    args::FARTHEST_MM,
     render::{
         detail::{Detail, Level},
         film::Size,
@@ -27,6 +29,8 @@ pub struct View {
     pub back: bool,
     /// Width of a swatch, mm, in [0.1, 1000].
     pub mm: f32,
+    /// The place of the cloth in its corner, mm along weft and warp, each in [−2000, 2000].
+    pub at: [f32; 2],
     /// Where the camera stands, but for a swatch; `None` for where it does if nothing is said.
     pub camera: Option<Orbit>,
     /// Where the light stands; `None` likewise.
@@ -68,6 +72,7 @@ impl Default for View {
             kind: Kind::default(),
             back: false,
             mm: 20.0,
+            at: [0.0; 2],
             camera: None,
             light: None,
             size: [640, 480],
@@ -104,6 +109,9 @@ impl View {
             if is_in { Ok(()) } else { Err(wrong()) }
         }
         range("mm", self.mm.into(), 0.1, 1000.0)?;
+        for place in self.at {
+            range("at", place.into(), (-FARTHEST_MM).into(), FARTHEST_MM.into())?;
+        }
         for side in self.size {
             range("size", side.into(), SIDES[0].into(), SIDES[1].into())?;
         }
@@ -152,7 +160,8 @@ impl View {
     /// The swatch.
     pub(super) fn swatch(&self) -> Swatch {
         let light = self.light.map_or(swatch::Light::Raking, swatch::Light::From);
-        Swatch { width: self.mm * 1e-3, light, is_back: self.back }
+        let at = Vec2::from(self.at) * 1e-3;
+        Swatch { width: self.mm * 1e-3, at, light, is_back: self.back }
     }
 
     /// The command line that draws the same into `output` from the fabric at `input`.
@@ -171,6 +180,10 @@ impl View {
         match self.kind {
             Kind::Swatch => {
                 add(format_args!(" --mm {}", self.mm));
+                if self.at != [0.0; 2] {
+                    let [u, v] = self.at;
+                    add(format_args!(" --at {u},{v}"));
+                }
                 if self.back {
                     add(format_args!(" --back"));
                 }
@@ -207,6 +220,7 @@ mod tests {
         assert_eq!(check("{}"), Ok(()));
         for (text, expected) in [
             (r#"{"mm": 0}"#, "view.mm: found 0, expected 0.1 to 1000"),
+            (r#"{"at": [0, 3000]}"#, "view.at: found 3000, expected -2000 to 2000"),
             (r#"{"size": [8, 640]}"#, "view.size: found 8, expected 16 to 4096"),
             (
                 r#"{"size": [4096, 4096]}"#,
