@@ -330,6 +330,18 @@ fn no_path_from_a_client_is_opened_and_what_is_wrong_is_told() {
             format!("{named}: draft: found a path, expected {{\"wif\": \"its text\"}}"),
         ),
         (
+            json!({"fabric": {"version": 1, "yarn": {"color": {"image": "/etc/passwd", "mm": [1, 1]}}}}),
+            format!("{named}: yarn.color.image: found a path, expected a data: URI"),
+        ),
+        (
+            json!({"fabric": {"version": 1, "overrides": [{"yarn": {"psi": {
+                "image": "data:;base64,AAAA", "mm": [1, 1], "range": [0, 1]
+            }}}]}}),
+            format!(
+                "{named}: overrides[0].yarn.psi.image: found a file that begins with 00 00 00, expected a PNG"
+            ),
+        ),
+        (
             json!({"fabric": {"version": 1, "textures": ["/etc/passwd"]}}),
             format!("{named}: unknown key \"textures\", expected one of"),
         ),

@@ -39,7 +39,16 @@ pub(super) struct Posted {
     /// How it is shown.
     #[serde(default)]
     pub(super) view: View,
+    /// What messages and pages call it, without a name what they do already.
+    #[serde(default)]
+    pub(super) name: Option<String>,
+    /// Whether it is drawn to be looked at once, beside what is shown: other pages are not told.
+    #[serde(default)]
+    pub(super) aside: bool,
 }
+
+/// Most bytes of the name of a fabric.
+const MAX_NAME: usize = 1024;
 
 impl Posted {
     /// What `body` says.
@@ -50,6 +59,11 @@ impl Posted {
     pub(super) fn read(body: &[u8]) -> Result<Self, Refusal> {
         let posted: Self = crate::json::parse(body, &|_| &[]).map_err(Refusal::wrong)?;
         posted.view.check().map_err(Refusal::wrong)?;
+        let length = posted.name.as_ref().map_or(0, String::len);
+        if length > MAX_NAME {
+            let what = format_args!("name: found {length} bytes, expected at most {MAX_NAME}");
+            return Err(Refusal::wrong(what));
+        }
         Ok(posted)
     }
 }
@@ -73,8 +87,9 @@ impl Document {
     ///
     /// When it makes no cloth.
     pub(super) fn changed(&self, posted: Posted, accepted: Instant) -> Result<Self, Refusal> {
-        let Posted { fabric, view } = posted;
-        let source = fabric::from_json(self.source.name(), fabric, &self.source);
+        let Posted { fabric, view, name, .. } = posted;
+        let name = name.as_deref().unwrap_or(self.source.name());
+        let source = fabric::from_json(name, fabric, &self.source);
         let source = source.map_err(|error| Refusal::wrong(chain(&error)))?;
         let (drawdown, cloth) = if source.is_like(&self.source) {
             (Arc::clone(&self.drawdown), Arc::clone(&self.cloth))

@@ -4,7 +4,7 @@ use glam::{DVec2, Vec2};
 use hyper::body::Bytes;
 use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
 use rayon::prelude::*;
-use selvedge_yarn_brdf::Side;
+use selvedge_yarn_brdf::{Side, Target};
 use serde_json::{Value, json};
 
 use super::{
@@ -91,6 +91,17 @@ impl Shown {
         let yarn = &cloth.yarns[usize::from(seen.yarn)];
         let is_warp = seen.segment.is_warp;
         let pitch = cloth.pitch * 1e3 / cloth.scale;
+        let (mut values, mut color) = (values(yarn), yarn.color);
+        for textured in cloth.textures.iter().filter(|textured| textured.yarn == seen.yarn) {
+            let found = textured.texture.value(uv, 0.0);
+            match textured.target {
+                Target::Parameter(name) => {
+                    values.insert(name.to_owned(), found[0].into());
+                }
+                Target::Color => color = found,
+                _ => {}
+            }
+        }
         let (along, across) = if is_warp { (pitch.y, pitch.x) } else { (pitch.x, pitch.y) };
         for (name, value) in [
             ("warp_on_top", json!(is_warp)),
@@ -101,9 +112,9 @@ impl Shown {
             ("length_mm", json!(seen.segment.length * along)),
             ("width_mm", json!(seen.segment.width * across)),
             ("crossings", json!(seen.segment.crossings)),
-            ("color", value_of(&yarn.color)),
-            ("srgb", json!(srgb(yarn.color))),
-            ("values", json!(values(yarn))),
+            ("color", value_of(&color)),
+            ("srgb", json!(srgb(color))),
+            ("values", json!(values)),
         ] {
             about[name] = value;
         }

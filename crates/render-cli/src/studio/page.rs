@@ -13,8 +13,8 @@ macro_rules! files {
     };
 }
 
-const SCRIPTS: [(&str, &str, &str); 17] = files!("text/javascript; charset=utf-8":
-    "api.js" "compare.js" "crossing.js" "dial.js" "dom.js" "fabric.js" "files.js" "loom.js" "main.js"
+const SCRIPTS: [(&str, &str, &str); 18] = files!("text/javascript; charset=utf-8":
+    "api.js" "compare.js" "crossing.js" "dial.js" "dom.js" "fabric.js" "files.js" "images.js" "loom.js" "main.js"
     "parameters.js" "picture.js" "presets.js" "report.js" "scale.js" "session.js" "view.js" "yarns.js");
 
 const STYLES: [(&str, &str, &str); 4] = files!("text/css; charset=utf-8":

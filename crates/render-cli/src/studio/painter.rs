@@ -58,8 +58,10 @@ const GUESSED_RATE: f64 = 4e5;
 /// How many times as many pixels the second picture has.
 const GROWTH: f64 = 5.0;
 
-/// Samples per pixel of the full size before anything else is done.
+/// Samples per pixel of the full size that are shown as soon as they are there, and those before
+/// anything else is done.
 const FIRST_SAMPLES: u32 = 2;
+const MORE_SAMPLES: u32 = 16;
 
 /// Time between frames of the full size.
 const BETWEEN: Duration = Duration::from_millis(350);
@@ -238,8 +240,8 @@ impl Painter {
         Ok(seconds)
     }
 
-    /// Draws the picture itself, and after its first samples what thumbnails are missing: it may be long
-    /// until it is done.
+    /// Draws the picture itself and, once it looks as it will, what thumbnails are missing: it may be
+    /// long until it is done.
     fn draw_full(&mut self, shown: &Shown) -> anyhow::Result<()> {
         let document = &shown.document;
         let size = document.view.size();
@@ -270,16 +272,21 @@ impl Painter {
             painter.pool.install(|| progressive::resume(&view, &plan, start, &control))
         };
         // A break changes no bit.
-        let few = Limits { spp: plan.limits.spp.min(FIRST_SAMPLES), ..plan.limits };
-        let first = draw(self, few, plan.start());
-        if first.stopped == Stopped::Interrupted {
-            return Ok(());
+        let mut accumulator = plan.start();
+        for spp in [FIRST_SAMPLES, MORE_SAMPLES] {
+            if spp < plan.limits.spp {
+                let outcome = draw(self, Limits { spp, ..plan.limits }, accumulator);
+                if outcome.stopped == Stopped::Interrupted {
+                    return Ok(());
+                }
+                accumulator = outcome.accumulator;
+                show(self, &accumulator, None)?;
+                if spp == MORE_SAMPLES && outcome.stopped != Stopped::Noise {
+                    self.draw_thumbnails();
+                }
+            }
         }
-        if plan.limits.spp > few.spp {
-            show(self, &first.accumulator, None)?;
-            self.draw_thumbnails();
-        }
-        let outcome = draw(self, plan.limits, first.accumulator);
+        let outcome = draw(self, plan.limits, accumulator);
         match outcome.stopped {
             Stopped::Interrupted => Ok(()),
             stopped => show(self, &outcome.accumulator, Some(stopped)),

@@ -127,14 +127,33 @@ pub(super) fn name_of(value: &Value) -> String {
     key.map(String::as_str).or(value.as_str()).unwrap_or_default().to_owned()
 }
 
-/// A value of a choice with its name and those of its numbers.
+/// What is so where a flag of a choice is set.
+fn meaning_of_flag(name: &str) -> &str {
+    match name {
+        "backward" => "peak on the side of the light",
+        name => name,
+    }
+}
+
+/// A value of a choice with its name and those of its numbers and flags.
 fn option(value: &Value) -> Value {
     let name = name_of(value);
     let numbers = value.get(&name).and_then(Value::as_object).map(|numbers| {
         let known = numbers.keys().filter(|name| Yarn::parameter(name).is_some());
         known.cloned().collect::<Vec<_>>()
     });
-    json!({ "name": name, "value": value, "numbers": numbers.unwrap_or_default() })
+    let flags = value.get(&name).and_then(Value::as_object).map(|fields| {
+        let flags = fields.iter().filter(|(_, value)| value.is_boolean());
+        let flags =
+            flags.map(|(name, _)| json!({ "name": name, "meaning": meaning_of_flag(name) }));
+        flags.collect::<Vec<_>>()
+    });
+    json!({
+        "name": name,
+        "value": value,
+        "numbers": numbers.unwrap_or_default(),
+        "flags": flags.unwrap_or_default(),
+    })
 }
 
 #[cfg(test)]
@@ -159,6 +178,10 @@ mod tests {
                 let yarn = json!({ choice["name"].as_str().unwrap(): option["value"] });
                 let yarn: PartialYarn = serde_json::from_value(yarn).unwrap();
                 assert_eq!(yarn.validate(), Ok(()), "{option}");
+                for flag in option["flags"].as_array().unwrap() {
+                    let name = flag["name"].as_str().unwrap();
+                    assert_ne!(flag["meaning"], name, "{option}: tells nothing of it");
+                }
             }
         }
         for field in all["cloth"].as_array().unwrap() {

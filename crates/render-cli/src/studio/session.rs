@@ -176,6 +176,7 @@ impl Session {
         posted: Posted,
         accepted: std::time::Instant,
     ) -> Result<Value, Refusal> {
+        let is_aside = posted.aside;
         let mut document = self.document().changed(posted, accepted)?;
         let mut state = self.state();
         document.revision = state.document.revision + 1;
@@ -188,6 +189,9 @@ impl Session {
         self.interrupt.store(true, Ordering::Relaxed);
         drop(state);
         self.wake.notify_all();
+        if !is_aside {
+            self.tell("document", &json!({ "revision": document.revision }));
+        }
         Ok(document.summary())
     }
 

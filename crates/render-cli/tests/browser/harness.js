@@ -2,6 +2,7 @@
 
 import { spawn } from "node:child_process";
 import { once } from "node:events";
+import { readFile } from "node:fs/promises";
 import { fileURLToPath } from "node:url";
 import { createInterface } from "node:readline";
 
@@ -56,9 +57,9 @@ export const startBrowser = () =>
 
 /**
  * The studio in a page of its own, with a finished picture of so many samples, or as it starts if `samples` is null;
- * `page.faults` gathers what the page complains of.
+ * of another `size` if that is told; `page.faults` gathers what the page complains of.
  */
-export async function openPage(browser, url, { width = 1280, height = 800, scheme = "light", samples = 4 } = {}) {
+export async function openPage(browser, url, { width = 1280, height = 800, scheme = "light", samples = 4, size = null } = {}) {
   const context = await browser.newContext({
     viewport: { width, height },
     colorScheme: scheme,
@@ -80,6 +81,10 @@ export async function openPage(browser, url, { width = 1280, height = 800, schem
   if (samples) {
     await page.locator("details", { has: page.locator("#spp") }).evaluate((details) => { details.open = true; });
     await page.locator("#spp").selectOption(String(samples));
+    if (size) {
+      await page.locator("#size").evaluate((select, size) => select.append(new Option(size)), size);
+      await page.locator("#size").selectOption(size);
+    }
     await redrawn(page, () => page.locator("#noise").selectOption("samples alone"));
     await finished(page);
   }
@@ -118,6 +123,36 @@ export async function pixels(page) {
   });
   return { width, height, data: Buffer.from(text, "base64") };
 }
+
+/** The pixels of a PNG. */
+export async function decoded(page, bytes) {
+  const { width, height, text } = await page.evaluate(async (text) => {
+    const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
+    const image = await createImageBitmap(new Blob([bytes], { type: "image/png" }));
+    const canvas = new OffscreenCanvas(image.width, image.height);
+    const context = canvas.getContext("2d");
+    context.drawImage(image, 0, 0);
+    const { data } = context.getImageData(0, 0, image.width, image.height);
+    let out = "";
+    for (let at = 0; at < data.length; at += 0x8000) out += String.fromCharCode(...data.subarray(at, at + 0x8000));
+    return { width: image.width, height: image.height, text: btoa(out) };
+  }, bytes.toString("base64"));
+  return { width, height, data: Buffer.from(text, "base64") };
+}
+
+/** Does `action`, which hands a file to the browser to keep; its bytes. */
+export async function downloaded(page, action) {
+  const [download] = await Promise.all([page.waitForEvent("download", { timeout: 120_000 }), action()]);
+  return readFile(await download.path());
+}
+
+/** Sets the number of a row and waits for the picture. */
+export const setNumber = (page, name, value) =>
+  redrawn(page, async () => {
+    const number = row(page, name).getByRole("spinbutton").first();
+    await number.fill(String(value));
+    await number.press("Enter");
+  });
 
 /** The pixels of a mask of the server, 1 where it is not transparent. */
 export async function maskOf(page, query) {

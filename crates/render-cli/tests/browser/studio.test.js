@@ -1,14 +1,15 @@
 // The studio as an artist has it: each test opens the page and does with it what she would do.
 
 import assert from "node:assert/strict";
-import { mkdir, readFile, rm } from "node:fs/promises";
+import { mkdir, mkdtemp, readFile, rm, writeFile } from "node:fs/promises";
 import { createRequire } from "node:module";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
 
 import {
-  chooseYarn, drop, finished, fixture, maskOf, openPage, pixels, redrawn, row, startBrowser, startStudio,
+  chooseYarn, decoded, downloaded, drop, finished, fixture, maskOf, openPage, pixels, redrawn, row, setNumber,
+  startBrowser, startStudio,
 } from "./harness.js";
 
 const axe = await readFile(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
@@ -217,6 +218,171 @@ withPage("a fabric that is saved gives the same picture again", "preset:denim", 
     await other.stop();
     await rm(path);
   }
+});
+
+withPage("what is seen is exported as PNG, and all of it as EXR", "preset:tartan-wool", { size: "240x180" }, async (page) => {
+  const shown = await pixels(page);
+  const bytes = async (name) => {
+    await page.getByRole("button", { name: "Export", exact: true }).click();
+    const bytes = await downloaded(page, () => page.getByRole("link", { name }).click());
+    await page.keyboard.press("Escape");
+    return bytes;
+  };
+  assert.equal(differences(shown, await decoded(page, await bytes("PNG, as seen"))).length, 0);
+  const exr = await bytes("EXR, linear light");
+  assert.equal(exr.readUInt32LE(0), 0x0131_2f76, "how an EXR begins");
+  for (const layer of ["yarn_id", "albedo.R", "normalization 0"]) assert.ok(exr.includes(layer), `the EXR tells ${layer}`);
+});
+
+test("a fabric is saved to the file that the studio was started with", { timeout: 180_000 }, async () => {
+  const folder = await mkdtemp(join(tmpdir(), "selvedge-"));
+  const path = join(folder, "mine.json");
+  await writeFile(path, JSON.stringify({ version: 1, draft: fixture("drafts/plain.wif"), yarn: { psi: 0.1 } }));
+  const studio = await startStudio(path);
+  try {
+    const page = await openPage(browser, studio.url, { size: "240x180" });
+    await setNumber(page, "psi", 0.4);
+    await page.getByRole("button", { name: "Save", exact: true }).click();
+    await page.locator("#toast", { hasText: `Saved to ${path}` }).waitFor();
+    const saved = JSON.parse(await readFile(path, "utf8"));
+    assert.deepEqual([saved.yarn.psi, saved.draft], [0.4, fixture("drafts/plain.wif")], "the draft stays where it is");
+    assert.deepEqual(page.faults, []);
+    await page.context().close();
+  } finally {
+    await studio.stop();
+    await rm(folder, { recursive: true });
+  }
+});
+
+withPage("a preset is chosen by its picture", "drafts/plain.wif", { size: "240x180" }, async (page) => {
+  await page.getByRole("button", { name: "Presets" }).click();
+  const preset = page.locator('#presets button[data-name="silk-charmeuse"]');
+  await preset.locator("img").waitFor({ timeout: 120_000 });
+  const size = await preset.locator("img").evaluate((image) => image.decode().then(() => [image.naturalWidth, image.naturalHeight]));
+  assert.ok(size.every((side) => side > 50), `${size}`);
+  await screenshot(page, "presets");
+  await redrawn(page, () => preset.click());
+  assert.match(await page.locator("#name").textContent(), /^silk-charmeuse/);
+  assert.ok(await page.locator("#presets-sheet").isHidden(), "the list closes");
+});
+
+withPage("a picture takes the place of a colour and of a number", "drafts/plain.wif", { size: "240x180" }, async (page) => {
+  await nearSwatch(page, 16);
+  const before = await pixels(page);
+  const file = { name: "tiles.png", mimeType: "image/png", buffer: await readFile(fixture("scenes/tiles.png")) };
+  const color = row(page, "color");
+  await redrawn(page, () => color.locator("input[type=file]").setInputFiles(file));
+  const pictured = await pixels(page);
+  assert.ok(differences(before, pictured, 8).length > 2_500, "the cloth has the colours of the picture");
+  assert.ok(await color.locator("img").isVisible() && await color.locator("input[type=color]").isHidden());
+  await screenshot(page, "picture");
+  const width = color.getByRole("spinbutton", { name: /width of the picture, mm/ });
+  await redrawn(page, async () => {
+    await width.fill("7");
+    await width.press("Enter");
+  });
+  assert.ok(differences(pictured, await pixels(page), 8).length > 700, "and so wide as it is told");
+
+  const opacity = row(page, "opacity");
+  await redrawn(page, () => opacity.locator("input[type=file]").setInputFiles(file));
+  const limits = [/black, no unit/, /white, no unit/].map((name) => opacity.getByRole("spinbutton", { name }).inputValue());
+  assert.deepEqual(await Promise.all(limits), ["0", "1"]);
+  const both = await pixels(page);
+  const saved = await downloaded(page, () => page.getByRole("button", { name: "Save", exact: true }).click());
+  const { yarn } = JSON.parse(saved);
+  assert.deepEqual(yarn.opacity.range, [0, 1]);
+  assert.equal(yarn.color.image, `data:image/png;base64,${file.buffer.toString("base64")}`);
+  assert.equal(yarn.color.mm[0], 7);
+
+  await redrawn(page, () => color.getByRole("button", { name: /^Remove/ }).click());
+  await redrawn(page, () => opacity.getByRole("button", { name: /^Remove/ }).click());
+  assert.equal(differences(before, await pixels(page)).length, 0, "removed, all is as it was");
+  await redrawn(page, () => drop(page, "mine.json", saved));
+  assert.equal(differences(both, await pixels(page)).length, 0, "a saved fabric has its pictures in it");
+
+  await color.locator("input[type=file]").setInputFiles({ name: "a.png", mimeType: "image/png", buffer: Buffer.from("none") });
+  await page.locator("#toast", { hasText: "a.png was not taken" }).waitFor();
+});
+
+withPage("the peak of a wrapped Cauchy is turned round", "drafts/plain.wif", { size: "240x180" }, async (page) => {
+  await page.evaluate(() => {
+    for (const details of document.querySelectorAll("#parameters details")) details.open = true;
+  });
+  assert.ok(await row(page, "backward").isHidden());
+  await redrawn(page, () => row(page, "phase").locator("select").selectOption("wrapped_cauchy"));
+  const forward = await pixels(page);
+  await redrawn(page, () => row(page, "backward").getByRole("checkbox", { name: /side of the light/ }).check());
+  assert.ok(differences(forward, await pixels(page), 4).length > 500);
+  const saved = await downloaded(page, () => page.getByRole("button", { name: "Save", exact: true }).click());
+  assert.equal(JSON.parse(saved).yarn.phase.wrapped_cauchy.backward, true);
+});
+
+test("two pages show the same cloth, and what one changes the other can undo", { timeout: 180_000 }, async () => {
+  const studio = await startStudio("preset:denim");
+  try {
+    const [one, two] = [await openPage(browser, studio.url, { size: "240x180" }), await openPage(browser, studio.url, { samples: null })];
+    // A field in which one types stays as it is: the slider beside it tells.
+    const psi = (page) => row(page, "psi").getByRole("slider").getAttribute("aria-valuetext");
+    const shows = (page, text) => page.waitForFunction((text) =>
+      document.querySelector('.parameter[data-name="psi"] input[type=range]').getAttribute("aria-valuetext") === text, text);
+    const old = await psi(two);
+    await setNumber(one, "psi", 0.77);
+    await shows(two, "0.77 rad");
+    await finished(two);
+    assert.equal(differences(await pixels(one), await pixels(two)).length, 0, "the same picture");
+    await redrawn(two, () => two.getByRole("button", { name: "Undo" }).click());
+    await shows(one, old);
+    await finished(one);
+    assert.equal(differences(await pixels(one), await pixels(two)).length, 0, "again");
+    assert.deepEqual([...one.faults, ...two.faults], []);
+    await Promise.all([one, two].map((page) => page.context().close()));
+  } finally {
+    await studio.stop();
+  }
+});
+
+withPage("a swatch is moved and stays under what zooms it", "drafts/tartan.wif", { size: "240x180" }, async (page) => {
+  await nearSwatch(page, 12);
+  const box = await page.locator("#picture").boundingBox();
+  const at = ([x, y]) => [box.x + x * box.width, box.y + y * box.height];
+  const place = async ([x, y]) => (await page.evaluate(async ([x, y]) => {
+    const { width, height } = document.querySelector("#picture");
+    return (await (await fetch(`api/at?x=${x * width}&y=${y * height}`)).json()).uv_mm;
+  }, [x, y]));
+  const near = (a, b, what) =>
+    assert.ok(Math.hypot(a[0] - b[0], a[1] - b[1]) < 0.06, `${what}: ${a}, expected ${b}`);
+  for (const side of ["Front", "Back"]) {
+    await page.getByRole("radio", { name: side }).check();
+    await finished(page);
+    const held = await place([0.4, 0.6]);
+    await redrawn(page, async () => {
+      await page.mouse.move(...at([0.4, 0.6]));
+      await page.mouse.down();
+      await page.mouse.move(...at([0.65, 0.35]), { steps: 5 });
+      await page.mouse.up();
+    });
+    near(await place([0.65, 0.35]), held, `${side}: dragged`);
+    const below = await place([0.2, 0.3]);
+    await page.mouse.move(...at([0.2, 0.3]));
+    await redrawn(page, () => page.mouse.wheel(0, -200));
+    near(await place([0.2, 0.3]), below, `${side}: zoomed`);
+  }
+  const touched = await place([0.5, 0.5]);
+  const touches = await page.context().newCDPSession(page);
+  const touch = (type, points) => touches.send("Input.dispatchTouchEvent", {
+    type, touchPoints: points.map((point, id) => ({ x: at(point)[0], y: at(point)[1], id })),
+  });
+  await redrawn(page, async () => {
+    await touch("touchStart", [[0.5, 0.5]]);
+    for (const x of [0.55, 0.6, 0.65, 0.7]) await touch("touchMove", [[x, 0.5]]);
+    await touch("touchEnd", []);
+  });
+  near(await place([0.7, 0.5]), touched, "by a finger");
+  await page.locator("#frame").focus();
+  const middle = await place([0.5, 0.5]);
+  await redrawn(page, () => page.keyboard.press("ArrowUp"));
+  assert.notDeepEqual(await place([0.5, 0.5]), middle, "and by key");
+  await redrawn(page, () => page.getByRole("button", { name: "Reset view" }).click());
 });
 
 withPage("everything is reached by keyboard, and seen to be", "drafts/houndstooth.wif", {}, async (page) => {

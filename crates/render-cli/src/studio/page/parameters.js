@@ -4,6 +4,7 @@ import { byId, count, h, short, threads, words } from "./dom.js";
 import {
   BASE, at, hex, layerOf, linear, withOverride, withValue, withoutOverride,
 } from "./fabric.js";
+import { imageControls, isImage } from "./images.js";
 import { STEPS, scaleOf } from "./scale.js";
 
 const TITLES = {
@@ -46,11 +47,14 @@ export function showParameters(session) {
 
   /** What holds where the layer says nothing. */
   function inherited(parameter) {
-    const found = entry.type.values[parameter.name];
-    if (found != null) return found;
+    const value = layered(parameter.path);
+    return isImage(value) ? value : entry.type.values[parameter.name] ?? value ?? parameter.default;
+  }
+
+  /** What the last layer with a value at `path` has there. */
+  function layered(path) {
     const layers = [BASE, ...entry.type.overrides.map((number) => number - 1)];
-    const values = layers.map((each) => at(layerOf(session.fabric, each), parameter.path));
-    return values.findLast((value) => value != null) ?? parameter.default;
+    return layers.map((each) => at(layerOf(session.fabric, each), path)).findLast((value) => value != null);
   }
 
   const choiceOf = ({ name }) =>
@@ -151,11 +155,17 @@ export function showParameters(session) {
     base.value.append(number, h("span", { class: "unit", id: unitId },
       unit || h("span", { class: "hidden-text" }, "no unit")));
     base.wide.append(slider, unit === "rad" ? degrees : "");
+    const image = parameter.texturable ? imageControls(meaning, parameter, (value) => write(path, value)) : null;
+    base.wide.append(...(image?.parts ?? []));
     const update = () => {
       base.row.hidden = !isThere(parameter);
       if (base.row.hidden) return;
       base.update();
-      const value = current();
+      const found = current();
+      image?.update(found, isImage(own(parameter)));
+      for (const part of [number, slider, degrees]) part.hidden = isImage(found);
+      // A picture's own number is its mean, which the cloth tells.
+      const value = isImage(found) ? entry.type.values[name] ?? parameter.default : found;
       if (document.activeElement !== number) number.value = short(value, 5);
       slider.value = scale.toPlace(value);
       degrees.textContent = `${((value * 180) / Math.PI).toFixed(1)}°`;
@@ -170,11 +180,11 @@ export function showParameters(session) {
     const { name, meaning, path } = color;
     const mine = () => at(layer(), path);
     const ofType = () => (name === "color" ? entry.type.srgb : color.default ?? entry.type[name] ?? 0);
-    const layered = () => {
-      const layers = [BASE, ...entry.type.overrides.map((number) => number - 1)];
-      return layers.map((each) => at(layerOf(session.fabric, each), path)).findLast((value) => value != null);
+    const current = () => {
+      const found = mine() ?? layered(path);
+      if (isImage(found)) return found;
+      return mine() ?? (name === "color" ? ofType() : found ?? ofType());
     };
-    const current = () => mine() ?? (name === "color" ? ofType() : layered() ?? ofType());
     const base = frame(name, meaning, path, () => mine() != null, current);
     const unitId = `${base.labelId}-unit`;
     const labels = `${base.labelId} ${unitId}`;
@@ -207,9 +217,14 @@ export function showParameters(session) {
       base.wide.append(slider, amount);
     }
     well.addEventListener("change", () => session.endGesture());
+    const image = color.texturable ? imageControls(meaning, null, (value) => write(path, value)) : null;
+    base.wide.append(...(image?.parts ?? []));
     const update = () => {
       base.update();
       const value = current();
+      image?.update(value, isImage(mine()));
+      for (const part of [well, slider, amount]) part?.toggleAttribute("hidden", isImage(value));
+      if (isImage(value)) return;
       if (!slider) {
         well.value = typeof value === "string" ? value : hex(linear(value));
         amount.textContent = entry.layer === BASE && mine() == null ? "open: each thread as in the draft" : "";
@@ -275,6 +290,32 @@ export function showParameters(session) {
     return { row: base.row, update };
   }
 
+  /** Something that is so or not, of one option of a choice. */
+  function flagRow(choice, option, flag) {
+    const path = [choice.name, option.name, flag.name];
+    const isSet = () => at(layer(), path) != null;
+    const mine = () => layer()[choice.name];
+    // It stands within the choice, which the layer must have as a whole.
+    const held = () => at({ [choice.name]: mine() ?? layered([choice.name]) }, path) ?? false;
+    const put = (value) => {
+      const chosen = mine() ?? layered([choice.name]) ?? option.value;
+      write([choice.name], { [option.name]: { ...chosen[option.name], [flag.name]: value } });
+    };
+    const base = frame(flag.name, flag.meaning, path, isSet, held);
+    const box = h("input", { type: "checkbox", "aria-labelledby": base.labelId, onchange: () => put(box.checked) });
+    base.value.append(box);
+    const [toggle, reset] = [base.row.querySelector("input"), base.row.querySelector(".plain")];
+    const update = () => {
+      base.row.hidden = kindOf(choice) !== option.name;
+      base.update();
+      // The choice as a whole is overridden and reset.
+      toggle.hidden = true;
+      reset.hidden = true;
+      box.checked = held();
+    };
+    return { row: base.row, update };
+  }
+
   const rows = [];
   const groups = new Map();
   const add = (group, row) => {
@@ -283,7 +324,13 @@ export function showParameters(session) {
     rows.push(row);
   };
   for (const color of colors) add("look", colorRow(color));
-  for (const choice of choices) add(GROUP_OF_CHOICE[choice.name] ?? "look", choiceRow(choice));
+  for (const choice of choices) {
+    const group = GROUP_OF_CHOICE[choice.name] ?? "look";
+    add(group, choiceRow(choice));
+    for (const option of choice.options) {
+      for (const flag of option.flags ?? []) add(group, flagRow(choice, option, flag));
+    }
+  }
   for (const parameter of numbers) add(parameter.group, numberRow(parameter));
   place.replaceChildren(...Object.keys(TITLES).filter((group) => groups.has(group)).map((group) =>
     h("details", { class: "card group", open: OPEN.includes(group) },

@@ -8,6 +8,8 @@ const TURN = 0.4;
 /** Degrees and factor to a key. */
 const KEY_TURN = 5;
 const KEY_ZOOM = 1.15;
+/** Part of the width of a swatch to a key. */
+const KEY_PAN = 0.1;
 /** Movement in pixels up to which pressing is pointing, not dragging. */
 const STILL = 4;
 
@@ -39,20 +41,54 @@ export function moveLight(session, azimuth, elevation) {
   });
 }
 
-/** Comes nearer by `factor`, or goes away where it is below 1. */
-export function zoom(session, factor) {
+/** Farthest place of the cloth in the corner of a swatch, mm. */
+const FARTHEST = 2000;
+
+/** Pixels to a millimetre of a swatch so wide, and the place in the picture of the corner where `view.at` is. */
+function swatchScale({ size: [width, height] }, mm) {
+  const composed = Math.min(width, 1.5 * height);
+  return { perMm: composed / mm, left: (width - composed) / 2, low: (height + composed / 1.5) / 2 };
+}
+
+/** Takes the swatch along by pixels of the picture, right and down. */
+export function pan(session, right, down) {
+  const { view } = session;
+  const { perMm } = swatchScale(view, view.mm);
+  const across = view.back ? right : -right;
+  session.look({ at: placeAt(view.at[0] + across / perMm, view.at[1] + down / perMm) });
+}
+
+const placeAt = (u, v) => [u, v].map((mm) => Number(clamp(mm, -FARTHEST, FARTHEST).toFixed(4)));
+
+/**
+ * Comes nearer by `factor`, or goes away where it is below 1; in a swatch the cloth stays under `place`, `{ x, y }` in
+ * pixels of the picture, or its middle.
+ */
+export function zoom(session, factor, place = null) {
   const { camera } = session.placement();
-  if (session.view.kind === "swatch") {
-    const mm = Number(clamp(session.view.mm / factor, 0.1, 1000).toPrecision(3));
-    session.look({ mm });
+  const { view } = session;
+  if (view.kind === "swatch") {
+    const mm = Number(clamp(view.mm / factor, 0.1, 1000).toPrecision(3));
+    const [width, height] = view.size;
+    const { x, y } = place ?? { x: width / 2, y: height / 2 };
+    const [before, after] = [view.mm, mm].map((wide) => swatchScale(view, wide));
+    const reach = ({ perMm, left, low }) =>
+      [(view.back ? width - left - x : x - left) / perMm, (low - y) / perMm];
+    const [old, next] = [reach(before), reach(after)];
+    session.look({ mm, at: placeAt(view.at[0] + old[0] - next[0], view.at[1] + old[1] - next[1]) });
   } else if (camera) {
     session.look({ camera: { ...camera, distance: clamp(camera.distance / factor, 0.1, 4) } });
   }
 }
 
-/** What dragging moves: in a swatch, which is seen from above, the light alone. */
-const dragsLight = (session, event) =>
-  session.view.kind === "swatch" || event.shiftKey || byId("drag-light").checked;
+const dragsLight = (event) => event.shiftKey || byId("drag-light").checked;
+
+/** Where an event is, in pixels of the picture. */
+function placeOf(session, { clientX, clientY }) {
+  const box = byId("picture").getBoundingClientRect();
+  const [width, height] = session.view.size;
+  return { x: ((clientX - box.left) / box.width) * width, y: ((clientY - box.top) / box.height) * height };
+}
 
 export function showPicture(session) {
   const frame = byId("frame");
@@ -173,24 +209,22 @@ export function showPicture(session) {
       if (!(error instanceof Refusal)) throw error;
     }
   });
-  function askAt(event) {
-    const box = canvas.getBoundingClientRect();
-    const [width, height] = session.view.size;
-    ask({
-      x: ((event.clientX - box.left) / box.width) * width,
-      y: ((event.clientY - box.top) / box.height) * height,
-    });
-  }
+  const askAt = (event) => ask(placeOf(session, event));
 
   followPointers(session, frame, askAt, () => ask(null));
   followKeys(session, frame);
   frame.addEventListener("wheel", (event) => {
     event.preventDefault();
-    zoom(session, Math.exp(-clamp(event.deltaY, -240, 240) * 0.0015));
+    zoom(session, Math.exp(-clamp(event.deltaY, -240, 240) * 0.0015), placeOf(session, event));
   }, { passive: false });
 }
 
 function followPointers(session, frame, askAt, leave) {
+  const drag = (dx, dy) => {
+    if (session.view.kind !== "swatch") return orbit(session, dx * TURN, dy * TURN);
+    const scale = session.view.size[0] / byId("picture").getBoundingClientRect().width;
+    return pan(session, dx * scale, dy * scale);
+  };
   const pointers = new Map();
   let moved = 0;
   frame.addEventListener("pointerdown", (event) => {
@@ -213,11 +247,14 @@ function followPointers(session, frame, askAt, leave) {
     if (moved <= STILL) return;
     if (others.length) {
       const spread = (at) => Math.hypot(at.x - others[0].x, at.y - others[0].y);
-      if (spread(before) > 10) zoom(session, spread(now) / spread(before));
-    } else if (dragsLight(session, event)) {
+      const middle = { clientX: (now.x + others[0].x) / 2, clientY: (now.y + others[0].y) / 2 };
+      // Two fingers take a swatch along by what their middle moves.
+      if (session.view.kind === "swatch") drag(dx / 2, dy / 2);
+      if (spread(before) > 10) zoom(session, spread(now) / spread(before), placeOf(session, middle));
+    } else if (dragsLight(event)) {
       dragLight(session, frame, event);
     } else {
-      orbit(session, dx * TURN, dy * TURN);
+      drag(dx, dy);
     }
   });
   const lift = (event) => {
@@ -251,9 +288,13 @@ export function lightAt(x, y) {
 function followKeys(session, frame) {
   frame.addEventListener("keydown", (event) => {
     if (event.target !== frame || event.ctrlKey || event.metaKey || event.altKey) return;
-    const turn = dragsLight(session, event)
-      ? (azimuth, elevation) => moveLight(session, azimuth, elevation)
-      : (azimuth, elevation) => orbit(session, azimuth, elevation);
+    const [width] = session.view.size;
+    const turn = (azimuth, elevation) => {
+      if (dragsLight(event)) moveLight(session, azimuth, elevation);
+      else if (session.view.kind !== "swatch") orbit(session, azimuth, elevation);
+      // As the camera goes: what it looks at goes the other way.
+      else pan(session, (-azimuth / KEY_TURN) * KEY_PAN * width, (elevation / KEY_TURN) * KEY_PAN * width);
+    };
     const actions = {
       ArrowLeft: () => turn(-KEY_TURN, 0),
       ArrowRight: () => turn(KEY_TURN, 0),
@@ -262,7 +303,7 @@ function followKeys(session, frame) {
       "+": () => zoom(session, KEY_ZOOM),
       "=": () => zoom(session, KEY_ZOOM),
       "-": () => zoom(session, 1 / KEY_ZOOM),
-      0: () => session.look({ camera: null, light: null }),
+      0: () => session.look({ camera: null, light: null, at: [0, 0] }),
     };
     const action = actions[event.key];
     if (!action) return;
@@ -302,7 +343,7 @@ export function showStatus(session) {
   session.on("frame", (frame) => {
     const facts = [
       fact("Samples", `${short(frame.spp, 3)} per pixel`),
-      fact("Noise", frame.noise == null ? "not known yet" : short(frame.noise, 2)),
+      fact("Noise", frame.noise == null ? "not known yet" : `${short(frame.noise, 2)}, worst tile ${short(frame.noise_worst, 2)}`),
       fact("Time", frame.seconds < 1 ? `${Math.round(1000 * frame.seconds)} ms` : `${short(frame.seconds, 3)} s`),
     ];
     if (frame.far != null) {

@@ -5,6 +5,9 @@ import { Refusal, get, listen, post } from "./api.js";
 /** Most steps that can be undone. */
 const HISTORY = 300;
 
+/** The name of a file without its folder, or that of a preset. */
+const shortName = (name) => name.split(/[\\/]/).pop().replace(/^preset:/, "");
+
 export class Session {
   #listeners = new Map();
   #past = [];
@@ -57,7 +60,7 @@ export class Session {
     const start = await get("document");
     this.fabric = start.fabric;
     this.view = start.view;
-    this.name = start.name.split(/[\\/]/).pop().replace(/^preset:/, "");
+    this.name = shortName(start.name);
     this.savesTo = start.saves_to;
     this.defaults = start.defaults;
     this.answer = start;
@@ -77,6 +80,7 @@ export class Session {
         this.prepared = prepared;
         this.emit("prepared");
       },
+      document: ({ revision }) => this.#onDocument(revision),
       failed: (failed) => {
         if (this.#ownerOf(failed.revision)) this.emit("refused", failed);
       },
@@ -172,7 +176,7 @@ export class Session {
    */
   async drawOther(fabric, draw) {
     if (this.#posting) return false;
-    await this.#post({ fabric, view: this.view }, draw);
+    await this.#post({ fabric, view: this.view, aside: true }, draw);
     return true;
   }
 
@@ -191,7 +195,7 @@ export class Session {
       return;
     }
     try {
-      const answer = await this.#post({ fabric: isNewDraft ? fabric : rest, view }, null);
+      const answer = await this.#post({ fabric: isNewDraft ? fabric : rest, view, name: this.name }, null);
       this.answer = answer;
       this.emit("answer");
       this.#describe(isNewDraft);
@@ -215,8 +219,51 @@ export class Session {
       if (this.#isWaiting) {
         this.#isWaiting = false;
         this.#submit();
+      } else {
+        this.#follow();
       }
     }
+  }
+
+  /** The newest revision that the server has told of. */
+  #told = 0;
+
+  #onDocument(revision) {
+    this.#told = Math.max(this.#told, revision);
+    this.#follow();
+  }
+
+  // Another page has changed what is shown: this one follows, and can undo that.
+  async #follow() {
+    if (this.#posting || this.#told <= this.#newest.revision) return;
+    this.#posting = { draw: null };
+    let next = null;
+    try {
+      next = await get("document");
+      this.#newest = { revision: next.revision, draw: null };
+    } finally {
+      this.#posting = null;
+    }
+    // What was changed here meanwhile is newer.
+    if (this.#isWaiting) {
+      this.#isWaiting = false;
+      this.#submit();
+      return;
+    }
+    const isNewDraft = JSON.stringify(next.fabric.draft) !== JSON.stringify(this.fabric.draft);
+    const isOther = isNewDraft || JSON.stringify(next.fabric) !== JSON.stringify(this.fabric);
+    if (isOther) {
+      this.#past.push({ fabric: this.fabric, name: this.name });
+      this.fabric = next.fabric;
+      this.#draftOnServer = this.fabric.draft;
+    }
+    this.name = shortName(next.name);
+    this.view = next.view;
+    this.#placements[this.view.kind] = { camera: this.view.camera, light: this.view.light };
+    this.answer = next;
+    await this.#describe(isNewDraft);
+    for (const topic of ["fabric", "view", "history", "answer"]) this.emit(topic);
+    this.#follow();
   }
 
   /** Whether this revision is the last that was asked for. */

@@ -46,7 +46,7 @@ export function showView(session) {
   for (const radio of document.querySelectorAll("input[name=side]")) {
     radio.addEventListener("change", () => session.look({ back: radio.value === "back" }));
   }
-  byId("reset-view").addEventListener("click", () => session.look({ camera: null, light: null }));
+  byId("reset-view").addEventListener("click", () => session.look({ camera: null, light: null, at: [0, 0] }));
 
   const rows = NUMBERS.map((each) => {
     const [group, key] = each.at;
@@ -78,7 +78,7 @@ export function showView(session) {
     for (const radio of document.querySelectorAll("input[name=kind]")) radio.checked = radio.value === view.kind;
     for (const radio of document.querySelectorAll("input[name=side]")) radio.checked = (radio.value === "back") === view.back;
     byId("ruler-field").hidden = view.kind !== "swatch";
-    byId("drag-field").hidden = view.kind === "swatch";
+    byId("drag-camera-text").textContent = view.kind === "swatch" ? "Move" : "Turn";
     for (const { row, show: put, at, kinds } of rows) {
       const [group, key] = at;
       const value = key ? placement[group]?.[key] : view[group];
