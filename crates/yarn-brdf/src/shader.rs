@@ -1,6 +1,7 @@
 //! `Shader`: the light that a cloth reflects.
 
 use core::f64::consts::FRAC_1_PI;
+use core::ops::{Add, Mul};
 
 use fearless_simd::{Level, Simd};
 use glam::{DVec2, DVec3, Vec3};
@@ -118,6 +119,23 @@ pub struct Lobes {
     pub specular: Vec3,
     /// The diffuse reflection of the yarn: sr⁻¹, linear RGB.
     pub diffuse: Vec3,
+}
+
+impl Add for Lobes {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        let Self { specular, diffuse } = other;
+        Self { specular: self.specular + specular, diffuse: self.diffuse + diffuse }
+    }
+}
+
+impl Mul<f32> for Lobes {
+    type Output = Self;
+
+    fn mul(self, by: f32) -> Self {
+        Self { specular: self.specular * by, diffuse: self.diffuse * by }
+    }
 }
 
 /// What colours the lobes of a place, linear RGB, each in [0, 1] but for grains of the highlight.

@@ -9,8 +9,8 @@ use selvedge_normalize::halton::Halton;
 use selvedge_normalize::warp::{square_to_cosine_hemisphere, square_to_uniform_hemisphere};
 use selvedge_yarn_brdf::glam::{DVec2, DVec3, Vec3};
 use selvedge_yarn_brdf::{
-    Cloth, Combination, Diffuse, Footprint, Highlight, Mapping, Mode, Noise, Phase, Shader, Target,
-    Texture, Textured, Thread, Weave, Yarn,
+    Cloth, Combination, Diffuse, Footprint, Highlight, Mapping, Mode, Noise, Phase, Sample, Shader,
+    Target, Texture, Textured, Thread, Weave, Yarn,
 };
 
 #[path = "support/yarns.rs"]
@@ -223,67 +223,154 @@ fn no_cloth_reflects_more_than_it_receives_and_draws_weigh_the_albedo() {
     });
 }
 
-/// Whether as many draws fall into each part of the hemisphere as its density tells, by Pearson's test.
 #[test]
 fn draws_follow_their_density() {
-    const SIDE: usize = 12;
     (0..16u32).into_par_iter().for_each(|i| {
         let shader = random_shader(9 * i + 1, &USUAL);
-        let wo = (if i % 4 == 3 { -1.0 } else { 1.0 }) * direction(3 * i);
-        let wo = wo.as_vec3();
-        let draws = 40_000;
-        let mut counts = [0u32; SIDE * SIDE];
-        let points = Halton::<3>::new().points_from(std::num::NonZeroU32::MIN).take(draws);
-        let mut rejected = 0;
-        // Random, not even, numbers: shifted by those of a hash.
-        let mut state = u64::from(i) + 1;
-        for _ in points {
-            let xi = [(); 3].map(|()| {
-                state = state
-                    .wrapping_mul(6_364_136_223_846_793_005)
-                    .wrapping_add(1_442_695_040_888_963_407);
-                (state >> 40) as f32 / (1u32 << 24) as f32
-            });
-            match shader.far_sample(&AT, wo, xi) {
-                None => rejected += 1,
-                Some(sample) => {
-                    let pdf = shader.far_pdf(&AT, sample.wi, wo);
-                    assert!((sample.pdf / pdf - 1.0).abs() < 1e-3, "{} and {pdf}", sample.pdf);
-                    let turn = f64::from(sample.wi.y.atan2(sample.wi.x)).rem_euclid(TAU) / TAU;
-                    let row = (f64::from(sample.wi.z.abs()) * SIDE as f64) as usize;
-                    let column = (turn * SIDE as f64) as usize;
-                    counts[row.min(SIDE - 1) * SIDE + column.min(SIDE - 1)] += 1;
-                }
-            }
-        }
-        let (mut statistic, mut freedom, mut total) = (0.0, 0, 0.0);
-        for (cell, &count) in counts.iter().enumerate() {
-            const FINE: usize = 24;
-            let mut density = 0.0;
-            for k in 0..FINE * FINE {
-                let part = |index: usize, k: usize| {
-                    (index as f64 + (k as f64 + 0.5) / FINE as f64) / SIDE as f64
-                };
-                let z = part(cell / SIDE, k / FINE);
-                let (y, x) = (TAU * part(cell % SIDE, k % FINE)).sin_cos();
-                let sine = (1.0 - z * z).sqrt();
-                let wi = Vec3::new((sine * x) as f32, (sine * y) as f32, z as f32 * wo.z.signum());
-                density += f64::from(shader.far_pdf(&AT, wi, wo));
-            }
-            let expected = draws as f64 * density * TAU / ((SIDE * SIDE * FINE * FINE) as f64);
-            total += expected;
-            if expected >= 20.0 {
-                statistic += (f64::from(count) - expected).powi(2) / expected;
-                freedom += 1;
-            }
-        }
-        let kept = (draws - rejected) as f64;
-        println!("yarn {i}, {wo}: {statistic:.0} of {freedom}, kept {kept}, density {total:.0}");
-        // The distribution of Pearson's statistic is nearly normal; the rule over each part is not exact.
-        let limit = f64::from(freedom) + 6.0 * (2.0 * f64::from(freedom)).sqrt() + 20.0;
-        assert!(statistic < limit, "yarn {i}, {wo}: {statistic}, expected less than {limit}");
-        assert!((kept - total).abs() < 0.02 * draws as f64, "yarn {i}: {kept}, expected {total}");
+        follow_their_density(
+            i,
+            |wo, xi| shader.far_sample(&AT, wo, xi),
+            |wi, wo| shader.far_pdf(&AT, wi, wo),
+        );
     });
+}
+
+/// A footprint of `shader` at which near and far field count about as much.
+fn between(shader: &Shader, uv: DVec2) -> Footprint {
+    let footprints = (1..2000).map(|k| Footprint::square(uv, 5e-6 * f64::from(k)));
+    let mut between = footprints.filter(|at| (0.4..0.6).contains(&shader.far_weight(at.deviation)));
+    between.next().expect("the weight is smooth")
+}
+
+#[test]
+fn draws_of_the_mixture_follow_its_density_and_weigh_its_value() {
+    [0, 3].into_par_iter().for_each(|i| {
+        // Fibres so rough that the density of a point is smooth, as the rule over each part takes it to be.
+        let highlight = Highlight::Rough { sigma: 0.3 };
+        let [warp, weft] = [9 * i + 1, 9 * i + 8]
+            .map(|i| Yarn { highlight, ..yarns::yarn(i, &USUAL) });
+        let shader = cloth(&warp, &weft).prepare().expect("valid");
+        // On yarn and in gaps.
+        let at = between(&shader, DVec2::new(3.1e-4, 1.7e-4) * f64::from(i));
+        follow_their_density(
+            i,
+            |wo, xi| {
+                let sample = shader.mixed_sample(&at, wo, xi)?;
+                if xi[2] < 0.05 {
+                    let expected = shader.mixed_eval(&at, sample.wi, wo) * sample.wi.z.abs();
+                    let found = sample.weight * sample.pdf;
+                    assert!(found.abs_diff_eq(expected, 1e-5 * expected.max_element()), "yarn {i}");
+                }
+                Some(sample)
+            },
+            |wi, wo| shader.mixed_pdf(&at, wi, wo),
+        );
+    });
+}
+
+/// Where one field counts alone, the mixture is that field; between, its mean over the cloth is that of both.
+#[test]
+fn mixtures_have_the_mean_of_both_fields() {
+    for (index, cloth) in cloths().iter().enumerate() {
+        let shader = cloth.prepare().expect("valid");
+        let [wi, wo] = [Vec3::new(0.3, -0.2, 0.9), Vec3::new(-0.5, 0.1, 0.8)].map(Vec3::normalize);
+        let uv = DVec2::new(1.1e-4, 2.3e-4);
+        for width in [0.0, -1.0, f64::NAN, 1e-5] {
+            let point = Footprint::square(uv, width);
+            assert_eq!(shader.mixed_eval_lobes(&point, wi, wo), shader.eval_lobes(uv, wi, wo));
+            assert_eq!(shader.mixed_pdf(&point, wi, wo), shader.pdf(uv, wi, wo));
+            assert_eq!(shader.mixed_sample(&point, wo, [0.3; 3]), shader.sample(uv, wo, [0.3; 3]));
+            assert_eq!(shader.mixed_albedo(&point, wo), shader.albedo(uv, wo));
+            assert_eq!(shader.mixed_opacity(&point), shader.opacity(uv));
+        }
+        for width in [1.0, f64::INFINITY] {
+            let wide = Footprint::square(uv, width);
+            assert_eq!(shader.mixed_eval(&wide, wi, wo), shader.far_eval(&wide, wi, wo));
+            assert_eq!(shader.mixed_pdf(&wide, wi, wo), shader.far_pdf(&wide, wi, wo));
+            assert_eq!(shader.mixed_opacity(&wide), shader.far_opacity(&wide));
+        }
+        let count = 20_000;
+        let (mut value, mut opacity, mut albedo) = (DVec3::ZERO, 0.0, [DVec3::ZERO; 2]);
+        let halfway = between(&shader, uv);
+        for uv in places(cloth, 1.0, count) {
+            let at = Footprint { uv, ..halfway };
+            value += shader.mixed_eval(&at, wi, wo).as_dvec3() / f64::from(count);
+            opacity += f64::from(shader.mixed_opacity(&at)) / f64::from(count);
+            albedo[0] += shader.mixed_albedo(&at, wo).as_dvec3() / f64::from(count);
+            albedo[1] += shader.albedo(uv, wo).as_dvec3() / f64::from(count);
+        }
+        let wide = Footprint::square(uv, 1.0);
+        let far = shader.far_eval(&wide, wi, wo).as_dvec3();
+        assert!(value.abs_diff_eq(far, 0.01 * far.max_element()), "cloth {index}: {value}, {far}");
+        let far = f64::from(shader.far_opacity(&wide));
+        assert!((opacity - far).abs() < 2e-3, "cloth {index}: {opacity}, {far}");
+        let weight = f64::from(shader.far_weight(halfway.deviation));
+        let both = albedo[1].lerp(shader.far_albedo(&wide, wo).as_dvec3(), weight);
+        assert!(albedo[0].abs_diff_eq(both, 1e-3), "cloth {index}: {}, {both}", albedo[0]);
+    }
+}
+
+/// Whether as many draws fall into each part of the hemisphere as their density tells, by Pearson's test.
+fn follow_their_density(
+    i: u32,
+    draw: impl Fn(Vec3, [f32; 3]) -> Option<Sample>,
+    density_of: impl Fn(Vec3, Vec3) -> f32,
+) {
+    const SIDE: usize = 12;
+    let wo = (if i % 4 == 3 { -1.0 } else { 1.0 }) * direction(3 * i);
+    let wo = wo.as_vec3();
+    let draws = 40_000;
+    let mut counts = [0u32; SIDE * SIDE];
+    let points = Halton::<3>::new().points_from(std::num::NonZeroU32::MIN).take(draws);
+    let mut rejected = 0;
+    // Random, not even, numbers: shifted by those of a hash.
+    let mut state = u64::from(i) + 1;
+    for _ in points {
+        let xi = [(); 3].map(|()| {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            (state >> 40) as f32 / (1u32 << 24) as f32
+        });
+        match draw(wo, xi) {
+            None => rejected += 1,
+            Some(sample) => {
+                let pdf = density_of(sample.wi, wo);
+                assert!((sample.pdf / pdf - 1.0).abs() < 1e-3, "{} and {pdf}", sample.pdf);
+                let turn = f64::from(sample.wi.y.atan2(sample.wi.x)).rem_euclid(TAU) / TAU;
+                let row = (f64::from(sample.wi.z.abs()) * SIDE as f64) as usize;
+                let column = (turn * SIDE as f64) as usize;
+                counts[row.min(SIDE - 1) * SIDE + column.min(SIDE - 1)] += 1;
+            }
+        }
+    }
+    let (mut statistic, mut freedom, mut total) = (0.0, 0, 0.0);
+    for (cell, &count) in counts.iter().enumerate() {
+        const FINE: usize = 24;
+        let mut density = 0.0;
+        for k in 0..FINE * FINE {
+            let part = |index: usize, k: usize| {
+                (index as f64 + (k as f64 + 0.5) / FINE as f64) / SIDE as f64
+            };
+            let z = part(cell / SIDE, k / FINE);
+            let (y, x) = (TAU * part(cell % SIDE, k % FINE)).sin_cos();
+            let sine = (1.0 - z * z).sqrt();
+            let wi = Vec3::new((sine * x) as f32, (sine * y) as f32, z as f32 * wo.z.signum());
+            density += f64::from(density_of(wi, wo));
+        }
+        let expected = draws as f64 * density * TAU / ((SIDE * SIDE * FINE * FINE) as f64);
+        total += expected;
+        if expected >= 20.0 {
+            statistic += (f64::from(count) - expected).powi(2) / expected;
+            freedom += 1;
+        }
+    }
+    let kept = (draws - rejected) as f64;
+    println!("yarn {i}, {wo}: {statistic:.0} of {freedom}, kept {kept}, density {total:.0}");
+    // The distribution of Pearson's statistic is nearly normal; the rule over each part is not exact.
+    let limit = f64::from(freedom) + 6.0 * (2.0 * f64::from(freedom)).sqrt() + 20.0;
+    assert!(statistic < limit, "yarn {i}, {wo}: {statistic}, expected less than {limit}");
+    assert!((kept - total).abs() < 0.02 * draws as f64, "yarn {i}: {kept}, expected {total}");
 }
 
 #[test]

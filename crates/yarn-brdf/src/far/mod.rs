@@ -19,6 +19,7 @@ mod diffuse;
 mod group;
 mod highlight;
 mod level;
+mod mixed;
 mod rule;
 mod sample;
 
@@ -47,12 +48,21 @@ pub struct Footprint {
 }
 
 impl Footprint {
+    /// A square around `uv`, `width` metres wide; the point itself if that is not above 0.
+    #[must_use]
+    pub fn square(uv: DVec2, width: f64) -> Self {
+        let width = if width > 0.0 { width } else { 0.0 };
+        Self { uv, deviation: DVec2::splat(width / WIDTH_OF_BOX) }
+    }
+
     /// The side, m, of a square as wide as the footprint is at its widest.
     fn width(&self) -> f64 {
-        // A box of the width 1 has the variance 1/12.
-        12f64.sqrt() * self.deviation.max_element()
+        WIDTH_OF_BOX * self.deviation.max_element()
     }
 }
+
+/// Of a box with a standard deviation of 1: √12.
+const WIDTH_OF_BOX: f64 = 3.464_101_615_137_754_6;
 
 /// The far field of both sides.
 #[derive(Debug, Default)]
