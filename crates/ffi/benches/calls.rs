@@ -121,7 +121,7 @@ fn main() {
                 // SAFETY: the shader lives, and the arrays have two and three numbers.
                 unsafe {
                     let (uv, wi, wo) = (uv[i].as_ptr(), wi[i].as_ptr(), wo[i].as_ptr());
-                    selvedge_shader_eval(black_box(c), uv, wi, wo, f[i].as_mut_ptr());
+                    selvedge_shader_eval(black_box(c), uv, 0.0, wi, wo, f[i].as_mut_ptr());
                 }
             }
             black_box(&mut f);

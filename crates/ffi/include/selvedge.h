@@ -16,7 +16,7 @@
  *     const double uv[2] = {0.0010, 0.0025};
  *     const float wi[3] = {0.6f, 0.0f, 0.8f}, wo[3] = {0.0f, 0.0f, 1.0f};
  *     float f[3];
- *     selvedge_shader_eval(shader, uv, wi, wo, f);
+ *     selvedge_shader_eval(shader, uv, 0.0f, wi, wo, f);
  * }
  * selvedge_shader_free(shader);
  * selvedge_fabric_free(fabric);
@@ -588,8 +588,7 @@ typedef struct selvedge_points {
    */
   struct selvedge_vectors xi;
   /**
-   * Width of what is seen at each point, m; values of NULL stand for 0. This version shades the
-   * points themselves, whatever it is.
+   * Width of what is seen at each point, m, as for `selvedge_shader_eval`; values of NULL stand for 0.
    */
   struct selvedge_numbers footprint;
   /**
@@ -979,6 +978,11 @@ selvedge_status selvedge_fabric_set_value(struct selvedge_fabric *fabric,
  * value is 0 in a gap between yarns, for one direction on each side or in the plane of the
  * cloth, and where a number is not finite. `f` may be the array of a direction.
  *
+ * `footprint` is the width, m, of what a pixel sees there. Where it spans a few threads, so that they can
+ * no longer be told apart, the mean over the repeat gradually takes over: it costs some microseconds and
+ * saves the samples that would find it, and the mean over the cloth stays the same. 0 shades the point
+ * itself, as does what is below 0 or no number. All calls for one sample get the same.
+ *
  * # Safety
  *
  * `shader` is NULL or a shader not freed; `uv` is NULL or points to two numbers, `wi`, `wo` and
@@ -987,6 +991,7 @@ selvedge_status selvedge_fabric_set_value(struct selvedge_fabric *fabric,
  */
 selvedge_status selvedge_shader_eval(const struct selvedge_shader *shader,
                                      const double uv[2],
+                                     float footprint,
                                      const float wi[3],
                                      const float wo[3],
                                      float f[3]);
@@ -1002,6 +1007,7 @@ selvedge_status selvedge_shader_eval(const struct selvedge_shader *shader,
  */
 selvedge_status selvedge_shader_eval_lobes(const struct selvedge_shader *shader,
                                            const double uv[2],
+                                           float footprint,
                                            const float wi[3],
                                            const float wo[3],
                                            float specular[3],
@@ -1018,6 +1024,7 @@ selvedge_status selvedge_shader_eval_lobes(const struct selvedge_shader *shader,
  */
 selvedge_status selvedge_shader_pdf(const struct selvedge_shader *shader,
                                     const double uv[2],
+                                    float footprint,
                                     const float wi[3],
                                     const float wo[3],
                                     float *pdf);
@@ -1033,6 +1040,7 @@ selvedge_status selvedge_shader_pdf(const struct selvedge_shader *shader,
  */
 selvedge_status selvedge_shader_reverse_pdf(const struct selvedge_shader *shader,
                                             const double uv[2],
+                                            float footprint,
                                             const float wi[3],
                                             const float wo[3],
                                             float *pdf);
@@ -1047,6 +1055,7 @@ selvedge_status selvedge_shader_reverse_pdf(const struct selvedge_shader *shader
  */
 selvedge_status selvedge_shader_eval_pdf(const struct selvedge_shader *shader,
                                          const double uv[2],
+                                         float footprint,
                                          const float wi[3],
                                          const float wo[3],
                                          float f[3],
@@ -1068,6 +1077,7 @@ selvedge_status selvedge_shader_eval_pdf(const struct selvedge_shader *shader,
  */
 selvedge_status selvedge_shader_sample(const struct selvedge_shader *shader,
                                        const double uv[2],
+                                       float footprint,
                                        const float wo[3],
                                        const float xi[3],
                                        float wi[3],
@@ -1088,6 +1098,7 @@ selvedge_status selvedge_shader_sample(const struct selvedge_shader *shader,
  */
 selvedge_status selvedge_shader_albedo(const struct selvedge_shader *shader,
                                        const double uv[2],
+                                       float footprint,
                                        const float wo[3],
                                        float albedo[3]);
 
@@ -1103,6 +1114,7 @@ selvedge_status selvedge_shader_albedo(const struct selvedge_shader *shader,
  */
 selvedge_status selvedge_shader_opacity(const struct selvedge_shader *shader,
                                         const double uv[2],
+                                        float footprint,
                                         float *opacity);
 
 /**
@@ -1120,7 +1132,8 @@ selvedge_status selvedge_shader_yarn_at(const struct selvedge_shader *shader,
                                         struct selvedge_yarn_point *yarn_point);
 
 /**
- * Writes to `f` what `selvedge_shader_eval` finds at each point: uses `uv`, `wi`, `wo`, `lobes`.
+ * Writes to `f` what `selvedge_shader_eval` finds at each point: uses `uv`, `footprint`, `wi`, `wo`,
+ * `lobes`.
  *
  * An output may be an input if both have the same components and stride. Fails with
  * `SELVEDGE_STATUS_INVALID_ARGUMENT` if there are more points than memory can hold, a code is not
@@ -1141,7 +1154,7 @@ selvedge_status selvedge_shader_eval_batch(const struct selvedge_shader *shader,
 
 /**
  * Writes to `specular` and `diffuse` what `selvedge_shader_eval_lobes` finds at each point: uses
- * `uv`, `wi`, `wo`. Otherwise as `selvedge_shader_eval_batch`.
+ * `uv`, `footprint`, `wi`, `wo`. Otherwise as `selvedge_shader_eval_batch`.
  *
  * # Safety
  *
@@ -1155,8 +1168,8 @@ selvedge_status selvedge_shader_eval_lobes_batch(const struct selvedge_shader *s
                                                  const struct selvedge_vectors_out *diffuse);
 
 /**
- * Writes to `pdf` what `selvedge_shader_pdf` finds at each point: uses `uv`, `wi`, `wo`. Otherwise as
- * `selvedge_shader_eval_batch`.
+ * Writes to `pdf` what `selvedge_shader_pdf` finds at each point: uses `uv`, `footprint`, `wi`,
+ * `wo`. Otherwise as `selvedge_shader_eval_batch`.
  *
  * # Safety
  *
@@ -1169,8 +1182,8 @@ selvedge_status selvedge_shader_pdf_batch(const struct selvedge_shader *shader,
                                           const struct selvedge_numbers_out *pdf);
 
 /**
- * Writes to `pdf` what `selvedge_shader_reverse_pdf` finds at each point: uses `uv`, `wi`, `wo`.
- * Otherwise as `selvedge_shader_eval_batch`.
+ * Writes to `pdf` what `selvedge_shader_reverse_pdf` finds at each point: uses `uv`, `footprint`,
+ * `wi`, `wo`. Otherwise as `selvedge_shader_eval_batch`.
  *
  * # Safety
  *
@@ -1198,7 +1211,7 @@ selvedge_status selvedge_shader_eval_pdf_batch(const struct selvedge_shader *sha
 
 /**
  * Writes to `wi`, `weight` and `pdf` what `selvedge_shader_sample` draws at each point: uses `uv`,
- * `wo`, `xi`, `lobes`. Otherwise as `selvedge_shader_eval_batch`.
+ * `footprint`, `wo`, `xi`, `lobes`. Otherwise as `selvedge_shader_eval_batch`.
  *
  * # Safety
  *
@@ -1213,8 +1226,8 @@ selvedge_status selvedge_shader_sample_batch(const struct selvedge_shader *shade
                                              const struct selvedge_numbers_out *pdf);
 
 /**
- * Writes to `albedo` what `selvedge_shader_albedo` finds at each point: uses `uv`, `wo`. Otherwise as
- * `selvedge_shader_eval_batch`.
+ * Writes to `albedo` what `selvedge_shader_albedo` finds at each point: uses `uv`, `footprint`,
+ * `wo`. Otherwise as `selvedge_shader_eval_batch`.
  *
  * # Safety
  *
@@ -1227,8 +1240,8 @@ selvedge_status selvedge_shader_albedo_batch(const struct selvedge_shader *shade
                                              const struct selvedge_vectors_out *albedo);
 
 /**
- * Writes to `opacity` what `selvedge_shader_opacity` finds at each point: uses `uv`. Otherwise as
- * `selvedge_shader_eval_batch`.
+ * Writes to `opacity` what `selvedge_shader_opacity` finds at each point: uses `uv`,
+ * `footprint`. Otherwise as `selvedge_shader_eval_batch`.
  *
  * # Safety
  *
@@ -1367,7 +1380,7 @@ selvedge_status selvedge_shader_normalization(const struct selvedge_shader *shad
  *
  * `low` and `high` are the least and the greatest that any component may be: the highlight is
  * normalised for all between them. Not every parameter can have one: `size` and those of noise, of
- * the cloth, `specular_uniform` and choices cannot. `footprint` is 0 as long as a shader looks at points.
+ * the cloth, `specular_uniform` and choices cannot. `footprint` is 0 where a shader looks at points.
  *
  * Fails with `SELVEDGE_STATUS_INVALID_ARGUMENT` if there is no such type or parameter, or no such
  * range.

@@ -181,30 +181,30 @@ public:
     }
     ~Shader() { selvedge_shader_free(shader_); }
 
-    Vec3 eval(const Vec2 &uv, const Vec3 &wi, const Vec3 &wo) const {
+    Vec3 eval(const Vec2 &uv, const Vec3 &wi, const Vec3 &wo, float footprint = 0) const {
         Vec3 f{};
-        check(selvedge_shader_eval(shader_, uv.data(), wi.data(), wo.data(), f.data()));
+        check(selvedge_shader_eval(shader_, uv.data(), footprint, wi.data(), wo.data(), f.data()));
         return f;
     }
-    float pdf(const Vec2 &uv, const Vec3 &wi, const Vec3 &wo) const {
+    float pdf(const Vec2 &uv, const Vec3 &wi, const Vec3 &wo, float footprint = 0) const {
         float pdf = 0;
-        check(selvedge_shader_pdf(shader_, uv.data(), wi.data(), wo.data(), &pdf));
+        check(selvedge_shader_pdf(shader_, uv.data(), footprint, wi.data(), wo.data(), &pdf));
         return pdf;
     }
-    Sample sample(const Vec2 &uv, const Vec3 &wo, const Vec3 &xi) const {
+    Sample sample(const Vec2 &uv, const Vec3 &wo, const Vec3 &xi, float footprint = 0) const {
         Sample drawn{};
-        check(selvedge_shader_sample(shader_, uv.data(), wo.data(), xi.data(), drawn.wi.data(),
-                                     drawn.weight.data(), &drawn.pdf));
+        check(selvedge_shader_sample(shader_, uv.data(), footprint, wo.data(), xi.data(),
+                                     drawn.wi.data(), drawn.weight.data(), &drawn.pdf));
         return drawn;
     }
-    Vec3 albedo(const Vec2 &uv, const Vec3 &wo) const {
+    Vec3 albedo(const Vec2 &uv, const Vec3 &wo, float footprint = 0) const {
         Vec3 albedo{};
-        check(selvedge_shader_albedo(shader_, uv.data(), wo.data(), albedo.data()));
+        check(selvedge_shader_albedo(shader_, uv.data(), footprint, wo.data(), albedo.data()));
         return albedo;
     }
-    float opacity(const Vec2 &uv) const {
+    float opacity(const Vec2 &uv, float footprint = 0) const {
         float opacity = 0;
-        check(selvedge_shader_opacity(shader_, uv.data(), &opacity));
+        check(selvedge_shader_opacity(shader_, uv.data(), footprint, &opacity));
         return opacity;
     }
     selvedge_yarn_point yarn_at(const Vec2 &uv) const {

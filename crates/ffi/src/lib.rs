@@ -15,7 +15,7 @@
 //!     const double uv[2] = {0.0010, 0.0025};
 //!     const float wi[3] = {0.6f, 0.0f, 0.8f}, wo[3] = {0.0f, 0.0f, 1.0f};
 //!     float f[3];
-//!     selvedge_shader_eval(shader, uv, wi, wo, f);
+//!     selvedge_shader_eval(shader, uv, 0.0f, wi, wo, f);
 //! }
 //! selvedge_shader_free(shader);
 //! selvedge_fabric_free(fabric);

@@ -3,7 +3,7 @@
 use std::ptr::NonNull;
 
 use glam::{DVec2, Vec3};
-use selvedge_yarn_brdf::{Lobes, SegmentKind};
+use selvedge_yarn_brdf::{Footprint, Lobes, SegmentKind};
 
 use crate::memory::{self, Handshake};
 use crate::shader::Shader;
@@ -79,6 +79,11 @@ pub enum YarnKind {
 /// value is 0 in a gap between yarns, for one direction on each side or in the plane of the
 /// cloth, and where a number is not finite. `f` may be the array of a direction.
 ///
+/// `footprint` is the width, m, of what a pixel sees there. Where it spans a few threads, so that they can
+/// no longer be told apart, the mean over the repeat gradually takes over: it costs some microseconds and
+/// saves the samples that would find it, and the mean over the cloth stays the same. 0 shades the point
+/// itself, as does what is below 0 or no number. All calls for one sample get the same.
+///
 /// # Safety
 ///
 /// `shader` is NULL or a shader not freed; `uv` is NULL or points to two numbers, `wi`, `wo` and
@@ -90,16 +95,17 @@ pub enum YarnKind {
 pub unsafe extern "C" fn selvedge_shader_eval(
     shader: *const Shader,
     uv: *const f64,
+    footprint: f32,
     wi: *const f32,
     wo: *const f32,
     f: *mut f32,
 ) -> Status {
     guard(Message::NONE, || {
         // SAFETY: the caller vouches for what is not NULL.
-        let (shader, uv, wi, wo) =
-            unsafe { (live(shader)?, position(uv)?, vector(wi, "wi")?, vector(wo, "wo")?) };
+        let (shader, at, wi, wo) =
+            unsafe { (live(shader)?, seen(uv, footprint)?, vector(wi, "wi")?, vector(wo, "wo")?) };
         let output = place(f, "f")?;
-        let value = shader.eval(uv, wi, wo);
+        let value = shader.mixed_eval(&at, wi, wo);
         // SAFETY: not NULL, so the caller vouches for three numbers there.
         unsafe { output.write_unaligned(value.to_array()) };
         Ok(())
@@ -119,6 +125,7 @@ pub unsafe extern "C" fn selvedge_shader_eval(
 pub unsafe extern "C" fn selvedge_shader_eval_lobes(
     shader: *const Shader,
     uv: *const f64,
+    footprint: f32,
     wi: *const f32,
     wo: *const f32,
     specular: *mut f32,
@@ -126,10 +133,10 @@ pub unsafe extern "C" fn selvedge_shader_eval_lobes(
 ) -> Status {
     guard(Message::NONE, || {
         // SAFETY: the caller vouches for what is not NULL.
-        let (shader, uv, wi, wo) =
-            unsafe { (live(shader)?, position(uv)?, vector(wi, "wi")?, vector(wo, "wo")?) };
+        let (shader, at, wi, wo) =
+            unsafe { (live(shader)?, seen(uv, footprint)?, vector(wi, "wi")?, vector(wo, "wo")?) };
         let outputs = (place(specular, "specular")?, place(diffuse, "diffuse")?);
-        let Lobes { specular, diffuse } = shader.eval_lobes(uv, wi, wo);
+        let Lobes { specular, diffuse } = shader.mixed_eval_lobes(&at, wi, wo);
         // SAFETY: not NULL, so the caller vouches for three numbers there.
         unsafe {
             outputs.0.write_unaligned(specular.to_array());
@@ -152,16 +159,17 @@ pub unsafe extern "C" fn selvedge_shader_eval_lobes(
 pub unsafe extern "C" fn selvedge_shader_pdf(
     shader: *const Shader,
     uv: *const f64,
+    footprint: f32,
     wi: *const f32,
     wo: *const f32,
     pdf: *mut f32,
 ) -> Status {
     guard(Message::NONE, || {
         // SAFETY: the caller vouches for what is not NULL.
-        let (shader, uv, wi, wo) =
-            unsafe { (live(shader)?, position(uv)?, vector(wi, "wi")?, vector(wo, "wo")?) };
+        let (shader, at, wi, wo) =
+            unsafe { (live(shader)?, seen(uv, footprint)?, vector(wi, "wi")?, vector(wo, "wo")?) };
         let output = non_null(pdf, "pdf")?;
-        let value = shader.pdf(uv, wi, wo);
+        let value = shader.mixed_pdf(&at, wi, wo);
         // SAFETY: not NULL, so the caller vouches for a number there.
         unsafe { output.write_unaligned(value) };
         Ok(())
@@ -181,16 +189,17 @@ pub unsafe extern "C" fn selvedge_shader_pdf(
 pub unsafe extern "C" fn selvedge_shader_reverse_pdf(
     shader: *const Shader,
     uv: *const f64,
+    footprint: f32,
     wi: *const f32,
     wo: *const f32,
     pdf: *mut f32,
 ) -> Status {
     guard(Message::NONE, || {
         // SAFETY: the caller vouches for what is not NULL.
-        let (shader, uv, wi, wo) =
-            unsafe { (live(shader)?, position(uv)?, vector(wi, "wi")?, vector(wo, "wo")?) };
+        let (shader, at, wi, wo) =
+            unsafe { (live(shader)?, seen(uv, footprint)?, vector(wi, "wi")?, vector(wo, "wo")?) };
         let output = non_null(pdf, "pdf")?;
-        let value = shader.pdf(uv, wo, wi);
+        let value = shader.mixed_pdf(&at, wo, wi);
         // SAFETY: not NULL, so the caller vouches for a number there.
         unsafe { output.write_unaligned(value) };
         Ok(())
@@ -209,6 +218,7 @@ pub unsafe extern "C" fn selvedge_shader_reverse_pdf(
 pub unsafe extern "C" fn selvedge_shader_eval_pdf(
     shader: *const Shader,
     uv: *const f64,
+    footprint: f32,
     wi: *const f32,
     wo: *const f32,
     f: *mut f32,
@@ -216,10 +226,10 @@ pub unsafe extern "C" fn selvedge_shader_eval_pdf(
 ) -> Status {
     guard(Message::NONE, || {
         // SAFETY: the caller vouches for what is not NULL.
-        let (shader, uv, wi, wo) =
-            unsafe { (live(shader)?, position(uv)?, vector(wi, "wi")?, vector(wo, "wo")?) };
+        let (shader, at, wi, wo) =
+            unsafe { (live(shader)?, seen(uv, footprint)?, vector(wi, "wi")?, vector(wo, "wo")?) };
         let outputs = (place(f, "f")?, non_null(pdf, "pdf")?);
-        let values = (shader.eval(uv, wi, wo), shader.pdf(uv, wi, wo));
+        let values = (shader.mixed_eval(&at, wi, wo), shader.mixed_pdf(&at, wi, wo));
         // SAFETY: not NULL, so the caller vouches for three numbers and for one.
         unsafe {
             outputs.0.write_unaligned(values.0.to_array());
@@ -247,6 +257,7 @@ pub unsafe extern "C" fn selvedge_shader_eval_pdf(
 pub unsafe extern "C" fn selvedge_shader_sample(
     shader: *const Shader,
     uv: *const f64,
+    footprint: f32,
     wo: *const f32,
     xi: *const f32,
     wi: *mut f32,
@@ -255,10 +266,10 @@ pub unsafe extern "C" fn selvedge_shader_sample(
 ) -> Status {
     guard(Message::NONE, || {
         // SAFETY: the caller vouches for what is not NULL.
-        let (shader, uv, wo, xi) =
-            unsafe { (live(shader)?, position(uv)?, vector(wo, "wo")?, vector(xi, "xi")?) };
+        let (shader, at, wo, xi) =
+            unsafe { (live(shader)?, seen(uv, footprint)?, vector(wo, "wo")?, vector(xi, "xi")?) };
         let outputs = (place(wi, "wi")?, place(weight, "weight")?, non_null(pdf, "pdf")?);
-        let (wi, weight, pdf) = drawn(shader.sample(uv, wo, xi.to_array()));
+        let (wi, weight, pdf) = drawn(shader.mixed_sample(&at, wo, xi.to_array()));
         // SAFETY: not NULL, so the caller vouches for three numbers, three and one.
         unsafe {
             outputs.0.write_unaligned(wi.to_array());
@@ -285,14 +296,15 @@ pub unsafe extern "C" fn selvedge_shader_sample(
 pub unsafe extern "C" fn selvedge_shader_albedo(
     shader: *const Shader,
     uv: *const f64,
+    footprint: f32,
     wo: *const f32,
     albedo: *mut f32,
 ) -> Status {
     guard(Message::NONE, || {
         // SAFETY: the caller vouches for what is not NULL.
-        let (shader, uv, wo) = unsafe { (live(shader)?, position(uv)?, vector(wo, "wo")?) };
+        let (shader, at, wo) = unsafe { (live(shader)?, seen(uv, footprint)?, vector(wo, "wo")?) };
         let output = place(albedo, "albedo")?;
-        let value = shader.albedo(uv, wo);
+        let value = shader.mixed_albedo(&at, wo);
         // SAFETY: not NULL, so the caller vouches for three numbers there.
         unsafe { output.write_unaligned(value.to_array()) };
         Ok(())
@@ -313,13 +325,14 @@ pub unsafe extern "C" fn selvedge_shader_albedo(
 pub unsafe extern "C" fn selvedge_shader_opacity(
     shader: *const Shader,
     uv: *const f64,
+    footprint: f32,
     opacity: *mut f32,
 ) -> Status {
     guard(Message::NONE, || {
         // SAFETY: the caller vouches for what is not NULL.
-        let (shader, uv) = unsafe { (live(shader)?, position(uv)?) };
+        let (shader, at) = unsafe { (live(shader)?, seen(uv, footprint)?) };
         let output = non_null(opacity, "opacity")?;
-        let value = shader.opacity(uv);
+        let value = shader.mixed_opacity(&at);
         // SAFETY: not NULL, so the caller vouches for a number there.
         unsafe { output.write_unaligned(value) };
         Ok(())
@@ -429,6 +442,18 @@ unsafe fn position(uv: *const f64) -> Result<DVec2, Failure> {
     let uv = non_null(uv, "uv")?.cast::<[f64; 2]>();
     // SAFETY: not NULL, so the caller vouches for two numbers.
     Ok(DVec2::from(unsafe { uv.read_unaligned() }))
+}
+
+/// What is seen at `uv` if it is `footprint` metres wide.
+///
+/// # Safety
+///
+/// `uv` is NULL or points to two numbers.
+#[inline(always)]
+unsafe fn seen(uv: *const f64, footprint: f32) -> Result<Footprint, Failure> {
+    // SAFETY: the caller vouches for two numbers.
+    let uv = unsafe { position(uv)? };
+    Ok(Footprint::square(uv, footprint.into()))
 }
 
 /// # Safety

@@ -3,7 +3,7 @@
 use std::ffi::c_char;
 use std::ops::Range;
 
-use crate::batch::{self, BLOCK, Inputs, Outputs, Plane};
+use crate::batch::{self, BLOCK, Inputs, Outputs, Plane, Split};
 use crate::memory::{self, Handshake};
 use crate::point::{YarnPoint, live};
 use crate::shader::Shader;
@@ -27,8 +27,7 @@ pub struct Points {
     pub wo: Vectors,
     /// The caller's random numbers in [0, 1), of which a sample takes three.
     pub xi: Vectors,
-    /// Width of what is seen at each point, m; values of NULL stand for 0. This version shades the
-    /// points themselves, whatever it is.
+    /// Width of what is seen at each point, m, as for `selvedge_shader_eval`; values of NULL stand for 0.
     pub footprint: Numbers,
     /// Points whose flag is 0 are neither read nor written; values of NULL leave none out.
     pub active: Flags,
@@ -66,7 +65,8 @@ pub enum Sides {
     Face = 1,
 }
 
-/// Writes to `f` what `selvedge_shader_eval` finds at each point: uses `uv`, `wi`, `wo`, `lobes`.
+/// Writes to `f` what `selvedge_shader_eval` finds at each point: uses `uv`, `footprint`, `wi`, `wo`,
+/// `lobes`.
 ///
 /// An output may be an input if both have the same components and stride. Fails with
 /// `SELVEDGE_STATUS_INVALID_ARGUMENT` if there are more points than memory can hold, a code is not
@@ -88,14 +88,14 @@ pub unsafe extern "C" fn selvedge_shader_eval_batch(
 ) -> Status {
     // SAFETY: the caller vouches for what the functions ask for.
     unsafe {
-        let uses = [Input::Wi, Input::Wo];
+        let uses = [Input::Footprint, Input::Wi, Input::Wo];
         let outputs = [Output::vectors(f, "f", 0)];
         shade(shader, points, &uses, (message, message_size), outputs, batch::eval, false)
     }
 }
 
 /// Writes to `specular` and `diffuse` what `selvedge_shader_eval_lobes` finds at each point: uses
-/// `uv`, `wi`, `wo`. Otherwise as `selvedge_shader_eval_batch`.
+/// `uv`, `footprint`, `wi`, `wo`. Otherwise as `selvedge_shader_eval_batch`.
 ///
 /// # Safety
 ///
@@ -111,15 +111,15 @@ pub unsafe extern "C" fn selvedge_shader_eval_lobes_batch(
 ) -> Status {
     // SAFETY: the caller vouches for what the functions ask for.
     unsafe {
-        let uses = [Input::Wi, Input::Wo];
+        let uses = [Input::Footprint, Input::Wi, Input::Wo];
         let outputs =
             [Output::vectors(specular, "specular", 0), Output::vectors(diffuse, "diffuse", 1)];
         shade(shader, points, &uses, (message, message_size), outputs, batch::eval_lobes, false)
     }
 }
 
-/// Writes to `pdf` what `selvedge_shader_pdf` finds at each point: uses `uv`, `wi`, `wo`. Otherwise as
-/// `selvedge_shader_eval_batch`.
+/// Writes to `pdf` what `selvedge_shader_pdf` finds at each point: uses `uv`, `footprint`, `wi`,
+/// `wo`. Otherwise as `selvedge_shader_eval_batch`.
 ///
 /// # Safety
 ///
@@ -134,14 +134,14 @@ pub unsafe extern "C" fn selvedge_shader_pdf_batch(
 ) -> Status {
     // SAFETY: the caller vouches for what the functions ask for.
     unsafe {
-        let uses = [Input::Wi, Input::Wo];
+        let uses = [Input::Footprint, Input::Wi, Input::Wo];
         let outputs = [Output::numbers(pdf, "pdf")];
         shade(shader, points, &uses, (message, message_size), outputs, batch::pdf, false)
     }
 }
 
-/// Writes to `pdf` what `selvedge_shader_reverse_pdf` finds at each point: uses `uv`, `wi`, `wo`.
-/// Otherwise as `selvedge_shader_eval_batch`.
+/// Writes to `pdf` what `selvedge_shader_reverse_pdf` finds at each point: uses `uv`, `footprint`,
+/// `wi`, `wo`. Otherwise as `selvedge_shader_eval_batch`.
 ///
 /// # Safety
 ///
@@ -156,7 +156,7 @@ pub unsafe extern "C" fn selvedge_shader_reverse_pdf_batch(
 ) -> Status {
     // SAFETY: the caller vouches for what the functions ask for.
     unsafe {
-        let uses = [Input::Wi, Input::Wo];
+        let uses = [Input::Footprint, Input::Wi, Input::Wo];
         let outputs = [Output::numbers(pdf, "pdf")];
         shade(shader, points, &uses, (message, message_size), outputs, batch::reverse_pdf, false)
     }
@@ -178,14 +178,14 @@ pub unsafe extern "C" fn selvedge_shader_eval_pdf_batch(
 ) -> Status {
     // SAFETY: the caller vouches for what the functions ask for.
     unsafe {
-        let uses = [Input::Wi, Input::Wo];
+        let uses = [Input::Footprint, Input::Wi, Input::Wo];
         let outputs = [Output::vectors(f, "f", 0), Output::numbers(pdf, "pdf")];
         shade(shader, points, &uses, (message, message_size), outputs, batch::eval_pdf, true)
     }
 }
 
 /// Writes to `wi`, `weight` and `pdf` what `selvedge_shader_sample` draws at each point: uses `uv`,
-/// `wo`, `xi`, `lobes`. Otherwise as `selvedge_shader_eval_batch`.
+/// `footprint`, `wo`, `xi`, `lobes`. Otherwise as `selvedge_shader_eval_batch`.
 ///
 /// # Safety
 ///
@@ -202,7 +202,7 @@ pub unsafe extern "C" fn selvedge_shader_sample_batch(
 ) -> Status {
     // SAFETY: the caller vouches for what the functions ask for.
     unsafe {
-        let uses = [Input::Wo, Input::Xi];
+        let uses = [Input::Footprint, Input::Wo, Input::Xi];
         let outputs = [
             Output::vectors(wi, "wi", 0),
             Output::vectors(weight, "weight", 1),
@@ -212,8 +212,8 @@ pub unsafe extern "C" fn selvedge_shader_sample_batch(
     }
 }
 
-/// Writes to `albedo` what `selvedge_shader_albedo` finds at each point: uses `uv`, `wo`. Otherwise as
-/// `selvedge_shader_eval_batch`.
+/// Writes to `albedo` what `selvedge_shader_albedo` finds at each point: uses `uv`, `footprint`,
+/// `wo`. Otherwise as `selvedge_shader_eval_batch`.
 ///
 /// # Safety
 ///
@@ -229,12 +229,13 @@ pub unsafe extern "C" fn selvedge_shader_albedo_batch(
     // SAFETY: the caller vouches for what the functions ask for.
     unsafe {
         let outputs = [Output::vectors(albedo, "albedo", 0)];
-        shade(shader, points, &[Input::Wo], (message, message_size), outputs, batch::albedo, false)
+        let uses = [Input::Footprint, Input::Wo];
+        shade(shader, points, &uses, (message, message_size), outputs, batch::albedo, false)
     }
 }
 
-/// Writes to `opacity` what `selvedge_shader_opacity` finds at each point: uses `uv`. Otherwise as
-/// `selvedge_shader_eval_batch`.
+/// Writes to `opacity` what `selvedge_shader_opacity` finds at each point: uses `uv`,
+/// `footprint`. Otherwise as `selvedge_shader_eval_batch`.
 ///
 /// # Safety
 ///
@@ -250,7 +251,8 @@ pub unsafe extern "C" fn selvedge_shader_opacity_batch(
     // SAFETY: the caller vouches for what the functions ask for.
     unsafe {
         let outputs = [Output::numbers(opacity, "opacity")];
-        shade(shader, points, &[], (message, message_size), outputs, batch::opacity, false)
+        let uses = [Input::Footprint];
+        shade(shader, points, &uses, (message, message_size), outputs, batch::opacity, false)
     }
 }
 
@@ -340,6 +342,7 @@ unsafe fn shade<const N: usize>(
         let is_all_direct = is_direct.iter().all(|&is| is) && points.are_slices();
         let step = if is_scratch_free && is_all_direct { count.max(1) } else { BLOCK };
         let mut scratch = ([[[0.0; BLOCK]; 3]; 2], [0.0; BLOCK]);
+        let mut split = Split::new();
         // SAFETY: the caller vouches for the points and for as many places.
         unsafe {
             points.each_block(step, |first, inputs| {
@@ -355,7 +358,7 @@ unsafe fn shade<const N: usize>(
                 for output in checked.iter().zip(&is_direct).filter(|(_, is)| **is) {
                     output.0.give(&range, &mut to);
                 }
-                find(shader, inputs, to);
+                find(shader, &split.of(shader, inputs), to);
                 for output in checked.iter().zip(&is_direct).filter(|(_, is)| !**is) {
                     output.0.scatter(first, inputs, &scratch);
                 }
@@ -368,6 +371,7 @@ unsafe fn shade<const N: usize>(
 /// What a function looks at besides the positions.
 #[derive(Clone, Copy, PartialEq)]
 enum Input {
+    Footprint,
     Wi,
     Wo,
     Xi,
@@ -376,7 +380,9 @@ enum Input {
 /// Points whose arrays are there, as far as they are needed.
 struct Checked {
     points: Points,
+    /// Whether directions to the light, to the viewer and random numbers are looked at.
     uses: [bool; 3],
+    has_footprint: bool,
     lobes: Lobes,
     is_face_alone: bool,
 }
@@ -397,6 +403,7 @@ impl Checked {
         if points.sides > 1 {
             return Err(Failure::argument("points.sides", points.sides, "0 or 1"));
         }
+        let has_footprint = uses.contains(&Input::Footprint) && !points.footprint.values.is_null();
         let uses = [Input::Wi, Input::Wo, Input::Xi].map(|input| uses.contains(&input));
         let count = points.count;
         points.uv.check(count, "points.uv")?;
@@ -407,9 +414,12 @@ impl Checked {
                 vectors.check(count, name)?;
             }
         }
+        if has_footprint {
+            points.footprint.check(count, "points.footprint")?;
+        }
         points.active.check(count, "points.active")?;
         let is_face_alone = points.sides == Sides::Face as u32;
-        Ok(Self { points, uses, lobes, is_face_alone })
+        Ok(Self { points, uses, has_footprint, lobes, is_face_alone })
     }
 
     /// Whether each point counts, on both sides.
@@ -419,13 +429,14 @@ impl Checked {
 
     /// What the arrays that are looked at reach.
     fn reaches(&self) -> Vec<Reach> {
-        let Points { count, uv, wi, wo, xi, .. } = self.points;
+        let Points { count, uv, wi, wo, xi, footprint, .. } = self.points;
         let used = self.uses.into_iter().zip([wi, wo, xi]).filter(|(used, _)| *used);
         let vectors = used.flat_map(|(_, vectors)| vectors.reach(count));
-        uv.reach(count).into_iter().chain(vectors).collect()
+        let widths = self.has_footprint.then(|| footprint.reach(count));
+        uv.reach(count).into_iter().chain(vectors).chain(widths).collect()
     }
 
-    /// Whether all that is looked at lies as in slices, and each point counts.
+    /// Whether all that is looked at lies as in slices, without footprints, and each point counts.
     fn are_slices(&self) -> bool {
         let Points { uv, wi, wo, xi, .. } = &self.points;
         // SAFETY: an empty range has no elements.
@@ -433,7 +444,10 @@ impl Checked {
         let mut used = self.uses.into_iter().zip([wi, wo, xi]).filter(|(used, _)| *used);
         // SAFETY: as above.
         let is_uv_slice = unsafe { uv.direct(&(0..0)) }.is_some();
-        self.is_whole() && is_uv_slice && used.all(|(_, vectors)| is_slice(vectors))
+        self.is_whole()
+            && !self.has_footprint
+            && is_uv_slice
+            && used.all(|(_, vectors)| is_slice(vectors))
     }
 
     /// Hands on all points, `step` by `step`, each time with the index of the first: where they lie, if they
@@ -444,8 +458,9 @@ impl Checked {
     /// The arrays have as many elements as there are points, and lie as in slices if `step` is more than
     /// [`BLOCK`].
     unsafe fn each_block(&self, step: usize, mut shade: impl FnMut(usize, &Inputs<'_>)) {
-        let Points { count, uv, wi, wo, xi, active, .. } = &self.points;
+        let Points { count, uv, wi, wo, xi, footprint, active, .. } = &self.points;
         let mut flags = [true; BLOCK];
+        let mut widths = [0.0; BLOCK];
         let mut places = [[0.0; BLOCK]; 2];
         let mut planes = [[[0.0; BLOCK]; 3]; 3];
         let none: [&[f32]; 3] = [&[]; 3];
@@ -477,9 +492,14 @@ impl Checked {
                     });
                 }
                 let [wi, wo, xi] = vectors;
+                let footprint = self.has_footprint.then(|| {
+                    footprint.gather(first, flags, &mut widths);
+                    &widths[..range.len()]
+                });
                 let is_full = flags.iter().all(|&is_active| is_active);
                 let active = (!is_full).then_some(&*flags);
-                shade(first, &Inputs { uv, wi, wo, xi, active, lobes: self.lobes });
+                let (lobes, wide) = (self.lobes, &[][..]);
+                shade(first, &Inputs { uv, wi, wo, xi, footprint, active, wide, lobes });
             }
         }
     }

@@ -137,6 +137,25 @@ impl Vectors {
     }
 }
 
+impl Numbers {
+    pub(crate) fn check(&self, count: usize, name: &str) -> Result<(), Failure> {
+        check(count, self.stride, self.values.is_null(), name)
+    }
+
+    /// # Safety
+    ///
+    /// There are numbers of all points from `first` on that are active.
+    pub(crate) unsafe fn gather(&self, first: usize, active: &[bool], plane: &mut Plane) {
+        // SAFETY: the caller vouches for the numbers.
+        unsafe { gather([self.values], self.stride, first, active, array::from_mut(plane)) };
+    }
+
+    /// What they reach.
+    pub(crate) fn reach(&self, count: usize) -> Reach {
+        reach(self.values, self.stride, count)
+    }
+}
+
 impl Flags {
     pub(crate) fn check(&self, count: usize, name: &str) -> Result<(), Failure> {
         check(count, self.stride, false, name)

@@ -26,7 +26,7 @@ pub type TextureValue =
 ///
 /// `low` and `high` are the least and the greatest that any component may be: the highlight is
 /// normalised for all between them. Not every parameter can have one: `size` and those of noise, of
-/// the cloth, `specular_uniform` and choices cannot. `footprint` is 0 as long as a shader looks at points.
+/// the cloth, `specular_uniform` and choices cannot. `footprint` is 0 where a shader looks at points.
 ///
 /// Fails with `SELVEDGE_STATUS_INVALID_ARGUMENT` if there is no such type or parameter, or no such
 /// range.

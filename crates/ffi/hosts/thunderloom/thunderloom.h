@@ -427,7 +427,7 @@ static void tl_lobes(tlIntersectionData at, tlPatternData data, const tlWeavePar
     wi[0] = at.wi_x, wi[1] = at.wi_y, wi[2] = at.wi_z;
     wo[0] = at.wo_x, wo[1] = at.wo_y, wo[2] = at.wo_z;
     tl_place(at, params, uv, cell);
-    selvedge_shader_eval_lobes(params->shader, uv, wi, wo, lobes[0], lobes[1]);
+    selvedge_shader_eval_lobes(params->shader, uv, 0.0f, wi, wo, lobes[0], lobes[1]);
     for (int k = 0; k < 6; k++)
         lobes[k / 3][k % 3] *= (float)TL_PI;
 #ifndef TL_NO_TEXTURE_CALLBACKS
@@ -473,7 +473,7 @@ float tl_eval_opacity(tlIntersectionData at, tlPatternData data, const tlWeavePa
     float opacity = 0.0f;
     (void)data;
     tl_place(at, params, uv, cell);
-    selvedge_shader_opacity(params->shader, uv, &opacity);
+    selvedge_shader_opacity(params->shader, uv, 0.0f, &opacity);
     return opacity;
 }
 

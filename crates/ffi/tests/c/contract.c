@@ -22,7 +22,7 @@
 
 enum { COUNT = 300 };
 
-static const double uv[2] = {2.4e-4, 2e-4};
+static const double uv[2] = {2.4e-4, 2e-4}, elsewhere[2] = {7e-4, -3e-4};
 static const float wi[3] = {0.6f, 0.0f, 0.8f}, wo[3] = {0.0f, 0.6f, 0.8f}, xi[3] = {0.2f, 0.3f, 0.7f};
 
 static selvedge_draft *plain_draft(void)
@@ -216,7 +216,7 @@ static void textures(selvedge_fabric *fabric)
             selvedge_fabric_set_texture(fabric, 0, size, checks, NULL, 0.0f, 1.0f, NULL, 0));
     DONE(selvedge_fabric_set_texture(fabric, 0, color, checks, &calls, 0.0f, 1.0f, NULL, 0));
     DONE(selvedge_shader_new(fabric, NULL, 0, &shader));
-    DONE(selvedge_shader_eval(shader, uv, wi, wo, f));
+    DONE(selvedge_shader_eval(shader, uv, 0.0f, wi, wo, f));
     CHECK(calls >= 1 && f[0] > f[1] && f[2] > f[0] && f[1] >= 0.0f);
     selvedge_shader_free(shader);
 }
@@ -226,16 +226,16 @@ static void points(const selvedge_shader *shader)
     float f[3] = {7.0f, 7.0f, 7.0f}, g[3] = {7.0f, 7.0f, 7.0f}, pdf = 7.0f;
     selvedge_yarn_point yarn = {0};
 
-    REFUSED(NULL_POINTER, selvedge_shader_eval(NULL, uv, wi, wo, f));
-    REFUSED(NULL_POINTER, selvedge_shader_eval(shader, NULL, wi, wo, f));
-    REFUSED(NULL_POINTER, selvedge_shader_eval(shader, uv, wi, wo, NULL));
-    REFUSED(NULL_POINTER, selvedge_shader_eval_lobes(shader, uv, wi, wo, f, NULL));
-    REFUSED(NULL_POINTER, selvedge_shader_pdf(shader, uv, wi, NULL, &pdf));
-    REFUSED(NULL_POINTER, selvedge_shader_reverse_pdf(shader, uv, NULL, wo, &pdf));
-    REFUSED(NULL_POINTER, selvedge_shader_eval_pdf(shader, uv, wi, wo, f, NULL));
-    REFUSED(NULL_POINTER, selvedge_shader_sample(shader, uv, wo, NULL, f, g, &pdf));
-    REFUSED(NULL_POINTER, selvedge_shader_albedo(shader, uv, wo, NULL));
-    REFUSED(NULL_POINTER, selvedge_shader_opacity(shader, uv, NULL));
+    REFUSED(NULL_POINTER, selvedge_shader_eval(NULL, uv, 0.0f, wi, wo, f));
+    REFUSED(NULL_POINTER, selvedge_shader_eval(shader, NULL, 0.0f, wi, wo, f));
+    REFUSED(NULL_POINTER, selvedge_shader_eval(shader, uv, 0.0f, wi, wo, NULL));
+    REFUSED(NULL_POINTER, selvedge_shader_eval_lobes(shader, uv, 0.0f, wi, wo, f, NULL));
+    REFUSED(NULL_POINTER, selvedge_shader_pdf(shader, uv, 0.0f, wi, NULL, &pdf));
+    REFUSED(NULL_POINTER, selvedge_shader_reverse_pdf(shader, uv, 0.0f, NULL, wo, &pdf));
+    REFUSED(NULL_POINTER, selvedge_shader_eval_pdf(shader, uv, 0.0f, wi, wo, f, NULL));
+    REFUSED(NULL_POINTER, selvedge_shader_sample(shader, uv, 0.0f, wo, NULL, f, g, &pdf));
+    REFUSED(NULL_POINTER, selvedge_shader_albedo(shader, uv, 0.0f, wo, NULL));
+    REFUSED(NULL_POINTER, selvedge_shader_opacity(shader, uv, 0.0f, NULL));
     REFUSED(NULL_POINTER, selvedge_shader_yarn_at(shader, uv, NULL));
     REFUSED(INVALID_ARGUMENT, selvedge_shader_yarn_at(shader, uv, &yarn));
     CHECK(f[0] == 7.0f && g[0] == 7.0f && pdf == 7.0f && yarn.kind == 0);
@@ -243,18 +243,28 @@ static void points(const selvedge_shader *shader)
     yarn.struct_size = sizeof yarn;
     DONE(selvedge_shader_yarn_at(shader, uv, &yarn));
     CHECK(yarn.kind == SELVEDGE_YARN_KIND_TOP && yarn.is_warp == 1 && yarn.struct_size == sizeof yarn);
-    DONE(selvedge_shader_eval(shader, uv, wi, wo, f));
-    DONE(selvedge_shader_eval_pdf(shader, uv, wi, wo, g, &pdf));
+    DONE(selvedge_shader_eval(shader, uv, 0.0f, wi, wo, f));
+    DONE(selvedge_shader_eval_pdf(shader, uv, 0.0f, wi, wo, g, &pdf));
     CHECK(memcmp(f, g, sizeof f) == 0 && pdf > 0.0f && pdf < 100.0f);
-    DONE(selvedge_shader_eval_lobes(shader, uv, wi, wo, f, g));
+    DONE(selvedge_shader_eval_lobes(shader, uv, 0.0f, wi, wo, f, g));
     CHECK(f[0] > 0.0f && g[0] > 0.0f);
-    DONE(selvedge_shader_reverse_pdf(shader, uv, wo, wi, f));
+    DONE(selvedge_shader_reverse_pdf(shader, uv, 0.0f, wo, wi, f));
     CHECK(f[0] == pdf);
-    DONE(selvedge_shader_sample(shader, uv, wo, xi, f, g, &pdf));
+    DONE(selvedge_shader_sample(shader, uv, 0.0f, wo, xi, f, g, &pdf));
     CHECK(f[2] > 0.0f && pdf > 0.0f && g[0] > 0.0f);
-    DONE(selvedge_shader_albedo(shader, uv, wo, f));
-    DONE(selvedge_shader_opacity(shader, uv, &pdf));
+    DONE(selvedge_shader_albedo(shader, uv, 0.0f, wo, f));
+    DONE(selvedge_shader_opacity(shader, uv, 0.0f, &pdf));
     CHECK(f[0] > 0.0f && f[0] < 1.0f && pdf == 1.0f);
+
+    /* From far away all places are the same; what is no width is none. */
+    DONE(selvedge_shader_eval(shader, uv, 1.0f, wi, wo, f));
+    DONE(selvedge_shader_eval(shader, elsewhere, 1.0f, wi, wo, g));
+    CHECK(memcmp(f, g, sizeof f) == 0 && f[0] > 0.0f);
+    DONE(selvedge_shader_eval(shader, uv, 0.0f, wi, wo, f));
+    DONE(selvedge_shader_eval(shader, uv, NAN, wi, wo, g));
+    CHECK(memcmp(f, g, sizeof f) == 0);
+    DONE(selvedge_shader_eval(shader, uv, -1.0f, wi, wo, g));
+    CHECK(memcmp(f, g, sizeof f) == 0);
 }
 
 /* All points in packed records of odd length, so that nothing but the first is aligned. */
@@ -333,9 +343,9 @@ static void batches(const selvedge_shader *shader)
         if (i % 3 == 0) {
             CHECK(f[i * OUT] == 0x7f && f[i * OUT + 11] == 0x7f);
         } else {
-            DONE(selvedge_shader_eval(shader, at, i % 2 ? wi : wo, wo, expected));
+            DONE(selvedge_shader_eval(shader, at, 0.0f, i % 2 ? wi : wo, wo, expected));
             CHECK(memcmp(f + i * OUT, expected, 12) == 0);
-            DONE(selvedge_shader_pdf(shader, at, i % 2 ? wi : wo, wo, &pdf));
+            DONE(selvedge_shader_pdf(shader, at, 0.0f, i % 2 ? wi : wo, wo, &pdf));
             CHECK(planes[i] == pdf);
         }
         CHECK(f[i * OUT + 12] == 0x7f);
@@ -384,7 +394,7 @@ static void divisors(selvedge_fabric *fabric)
     DONE(selvedge_shader_divisors(shader, 0, 0, NULL, 0, NULL, &count));
     CHECK(count > 0 && count <= 256);
     DONE(selvedge_shader_divisors(shader, 0, count, NULL, 0, found, &count));
-    DONE(selvedge_shader_eval_lobes(shader, uv, wi, wo, f, g));
+    DONE(selvedge_shader_eval_lobes(shader, uv, 0.0f, wi, wo, f, g));
     selvedge_shader_free(shader);
 
     REFUSED(NULL_POINTER, selvedge_fabric_set_divisors(NULL, 0, found, count, NULL, 0));
@@ -395,7 +405,7 @@ static void divisors(selvedge_fabric *fabric)
         more[i] = 2.0f * found[i];
     DONE(selvedge_fabric_set_divisors(fabric, 0, more, count, NULL, 0));
     DONE(selvedge_shader_new(fabric, NULL, 0, &shader));
-    DONE(selvedge_shader_eval_lobes(shader, uv, wi, wo, g, more));
+    DONE(selvedge_shader_eval_lobes(shader, uv, 0.0f, wi, wo, g, more));
     CHECK(f[0] > 0.0f && fabsf(f[0] - 2.0f * g[0]) < 1e-6f * f[0]);
     selvedge_shader_free(shader);
     shader = NULL;

@@ -41,7 +41,7 @@ static int print_values(const selvedge_shader *shader)
             float f[3];
             uint32_t bits[3];
             uint32_t status =
-                selvedge_shader_eval(shader, uv, directions[pair][0], directions[pair][1], f);
+                selvedge_shader_eval(shader, uv, 0.0f, directions[pair][0], directions[pair][1], f);
             if (status != SELVEDGE_STATUS_OK) {
                 fprintf(stderr, "eval: status %" PRIu32 "\n", status);
                 return 1;

@@ -2,6 +2,7 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+mod footprints;
 mod sequences;
 
 use std::ffi::{CStr, CString, c_char};
@@ -61,7 +62,14 @@ impl Loaded {
         let mut f = [7.0; 3];
         // SAFETY: the shader is freed on drop only, the arrays have the lengths asked for.
         let status = unsafe {
-            selvedge_shader_eval(self.shader, uv.as_ptr(), wi.as_ptr(), wo.as_ptr(), f.as_mut_ptr())
+            selvedge_shader_eval(
+                self.shader,
+                uv.as_ptr(),
+                0.0,
+                wi.as_ptr(),
+                wo.as_ptr(),
+                f.as_mut_ptr(),
+            )
         };
         (status, f)
     }
@@ -186,7 +194,7 @@ fn parameters_set_in_c_are_those_set_in_rust() {
                 let (uv_c, wi_c, wo_c) = (uv.to_array(), wi.to_array(), wo.to_array());
                 let mut f = [7.0; 3];
                 let (uv_c, wi_c, wo_c) = (uv_c.as_ptr(), wi_c.as_ptr(), wo_c.as_ptr());
-                selvedge_shader_eval(shader, uv_c, wi_c, wo_c, f.as_mut_ptr());
+                selvedge_shader_eval(shader, uv_c, 0.0, wi_c, wo_c, f.as_mut_ptr());
                 assert_eq!(f, expected.eval(uv, wi, wo).to_array());
             }
         }
@@ -236,7 +244,7 @@ fn draws_are_those_of_rust() {
             let (uv, wo) = (uv.to_array(), wo.to_array());
             let (uv, wo, xi) = (uv.as_ptr(), wo.as_ptr(), xi.as_ptr());
             let (wi, weight) = (wi.as_mut_ptr(), weight.as_mut_ptr());
-            selvedge_shader_sample(loaded.shader, uv, wo, xi, wi, weight, &raw mut pdf)
+            selvedge_shader_sample(loaded.shader, uv, 0.0, wo, xi, wi, weight, &raw mut pdf)
         };
         assert_eq!(status, Status::Ok);
         match expected.sample(uv, wo, xi) {
@@ -318,7 +326,7 @@ fn the_output_may_be_an_input() {
     // SAFETY: the function reads `wi` before it writes `f`.
     let status = unsafe {
         let f = both.as_mut_ptr();
-        selvedge_shader_eval(loaded.shader, uv.as_ptr(), f, wo.as_ptr(), f)
+        selvedge_shader_eval(loaded.shader, uv.as_ptr(), 0.0, f, wo.as_ptr(), f)
     };
     assert_eq!((status, both), loaded.eval(uv, wi, wo));
 }

@@ -24,7 +24,7 @@ enum Call {
     Describe { fabric: usize, size: usize },
     MakeShader { fabric: usize },
     ShareShader { shader: usize },
-    Point { shader: usize, uv: [f64; 2], w: [[f32; 3]; 3] },
+    Point { shader: usize, uv: [f64; 2], footprint: f32, w: [[f32; 3]; 3] },
     Batch { shader: usize, batch: Batch },
     FreeDraft { draft: usize },
     FreeFabric { fabric: usize },
@@ -119,8 +119,8 @@ fn call() -> impl Strategy<Value = Call> {
             .prop_map(|(fabric, size)| Call::Describe { fabric, size }),
         i.clone().prop_map(|fabric| Call::MakeShader { fabric }),
         i.clone().prop_map(|shader| Call::ShareShader { shader }),
-        (i.clone(), [number(), number()], [three(), three(), three()])
-            .prop_map(|(shader, uv, w)| Call::Point { shader, uv, w }),
+        (i.clone(), [number(), number()], single(), [three(), three(), three()])
+            .prop_map(|(shader, uv, footprint, w)| Call::Point { shader, uv, footprint, w }),
         (i.clone(), batch()).prop_map(|(shader, batch)| Call::Batch { shader, batch }),
         i.clone().prop_map(|draft| Call::FreeDraft { draft }),
         i.clone().prop_map(|fabric| Call::FreeFabric { fabric }),
@@ -247,7 +247,7 @@ impl World {
                         self.shaders.push(shader);
                     }
                 }
-                Call::Point { shader, uv, w } => self.point(*shader, uv, w),
+                Call::Point { shader, uv, footprint, w } => self.point(*shader, uv, *footprint, w),
                 Call::Batch { shader, batch } => self.batch(*shader, batch),
                 Call::FreeDraft { draft } => {
                     selvedge_draft_free(take(&mut self.drafts, *draft, ptr::null_mut()));
@@ -263,7 +263,7 @@ impl World {
         assert!(message.contains(&0) || message == [0x7f; 64], "no NUL in {message:?}");
     }
 
-    fn point(&self, shader: usize, uv: &[f64; 2], [wi, wo, xi]: &[[f32; 3]; 3]) {
+    fn point(&self, shader: usize, uv: &[f64; 2], footprint: f32, [wi, wo, xi]: &[[f32; 3]; 3]) {
         let shader = pick(&self.shaders, shader, ptr::null());
         let (uv, wi, wo, xi) = (uv.as_ptr(), wi.as_ptr(), wo.as_ptr(), xi.as_ptr());
         let (mut f, mut g, mut number) = ([7.0_f32; 3], [7.0_f32; 3], 7.0_f32);
@@ -271,14 +271,14 @@ impl World {
         // SAFETY: the handle is live or NULL, the arrays have the lengths asked for.
         let statuses = unsafe {
             [
-                selvedge_shader_eval(shader, uv, wi, wo, to_f),
-                selvedge_shader_eval_lobes(shader, uv, wi, wo, to_f, to_g),
-                selvedge_shader_pdf(shader, uv, wi, wo, to),
-                selvedge_shader_reverse_pdf(shader, uv, wi, wo, to),
-                selvedge_shader_eval_pdf(shader, uv, wi, wo, to_f, to),
-                selvedge_shader_albedo(shader, uv, wo, to_f),
-                selvedge_shader_opacity(shader, uv, to),
-                selvedge_shader_sample(shader, uv, wo, xi, to_f, to_g, to),
+                selvedge_shader_eval(shader, uv, footprint, wi, wo, to_f),
+                selvedge_shader_eval_lobes(shader, uv, footprint, wi, wo, to_f, to_g),
+                selvedge_shader_pdf(shader, uv, footprint, wi, wo, to),
+                selvedge_shader_reverse_pdf(shader, uv, footprint, wi, wo, to),
+                selvedge_shader_eval_pdf(shader, uv, footprint, wi, wo, to_f, to),
+                selvedge_shader_albedo(shader, uv, footprint, wo, to_f),
+                selvedge_shader_opacity(shader, uv, footprint, to),
+                selvedge_shader_sample(shader, uv, footprint, wo, xi, to_f, to_g, to),
             ]
         };
         let expected = if shader.is_null() { Status::NullPointer } else { Status::Ok };
@@ -311,7 +311,7 @@ impl World {
             wi: vectors(1),
             wo: vectors(2),
             xi: vectors(4),
-            footprint: Numbers { values: ptr::null(), stride },
+            footprint: Numbers { values: start(8), stride },
             active: Flags {
                 values: if batch.is_masked { flags.as_ptr() } else { ptr::null() },
                 stride: 1,
