@@ -13,6 +13,9 @@ Parameters of the BSDF:
 
 - `filename`: a fabric (JSON) or a draft (WIF).
 - `uv_scale`: metres along the cloth for 1 of uv (default 1).
+- `footprint`: metres that a pixel spans on the cloth, so that threads which cannot be told apart are shaded as one,
+  with less noise (default: points are shaded). Where rays know the width of their pixel, that counts if it is
+  greater; so far only the integrator `direct` of scalar variants lets them.
 - `<parameter>`: a number, or a colour `<parameter>: {"type": "rgb", ...}`, for all types of yarn, or
   `yarn<N>_<parameter>` for one, where a dot is written as `_`: `yarn0_psi`, `noise_intensity`.
   `selvedge.parameters()` lists them. Choices are strings.

@@ -9,6 +9,9 @@ import selvedge
 
 from ._texture import Picture
 
+#: `BSDFFlags::NeedsDifferentials` of Mitsuba's headers, which its module does not name.
+NEEDS_DIFFERENTIALS = 0x20000
+
 
 def _parameter_of(key: str, yarns: int):
     """The parameter that a property names, and the types of yarn it is for."""
@@ -58,6 +61,9 @@ class Cloth(mi.BSDF):
             mi.BSDFFlags.Null | mi.BSDFFlags.SpatiallyVarying | both,
         ]
         self.m_flags = self.m_components[0] | self.m_components[1] | self.m_components[2]
+        self.footprint = float(props["footprint"]) if "footprint" in props else None
+        if self.footprint is not None:
+            self.m_flags = int(self.m_flags) | NEEDS_DIFFERENTIALS
 
     def _lobes(self, ctx):
         """Which lobes a context asks for, in words, or None; and whether light may pass."""
@@ -68,25 +74,35 @@ class Cloth(mi.BSDF):
         return words.get((glossy, diffuse)), passes
 
     def _points(self, si, active):
-        """Positions in metres, directions to the viewer, and which points count."""
+        """Positions in metres, directions to the viewer, which points count, and the width of each, m."""
         uv = _rows(si.uv).astype(np.float64) * self.uv_scale
-        return uv, _rows(si.wi), _flags(active)
+        return uv, _rows(si.wi), _flags(active), self._widths(si)
+
+    def _widths(self, si):
+        """Of what is seen at each point."""
+        if self.footprint is None:
+            return 0
+        # What is told apart along one direction is seen, so the narrower counts.
+        of_pixel = np.hypot(_rows(si.duv_dx), _rows(si.duv_dy)).min(axis=-1) * np.float32(self.uv_scale)
+        return np.maximum(of_pixel, np.float32(self.footprint))
 
     def sample(self, ctx, si, sample1, sample2, active=True):
         lobes, passes = self._lobes(ctx)
-        uv, wo, mask = self._points(si, active)
+        uv, wo, mask, widths = self._points(si, active)
         choice, square = _numbers(sample1), _rows(sample2)
         # What is the same for all points comes as a single one.
         shape = np.broadcast_shapes(uv.shape[:-1], wo.shape[:-1], mask.shape, choice.shape)
         uv, wo, mask = np.broadcast_to(uv, (*shape, 2)), np.broadcast_to(wo, (*shape, 3)), np.broadcast_to(mask, shape)
-        opacity = self.shader.opacity(uv, active=mask) if passes else np.ones(shape, np.float32)
+        opacity = np.ones(shape, np.float32)
+        if passes:
+            opacity = self.shader.opacity(uv, footprint=widths, active=mask)
         opacity = opacity if lobes else np.zeros_like(opacity)
         is_reflected = choice < opacity
         # What is left of the number that chose between passing and reflection is as random.
         left = np.minimum(choice / np.maximum(opacity, 1e-30), np.float32(1 - 2**-24))
         xi = np.stack(np.broadcast_arrays(left, square[..., 0], square[..., 1]), axis=-1)
         kept = mask & is_reflected
-        wi, weight, pdf = self.shader.sample(uv, wo, xi, lobes=lobes or "both", active=kept)
+        wi, weight, pdf = self.shader.sample(uv, wo, xi, lobes=lobes or "both", footprint=widths, active=kept)
         share = np.maximum(opacity, 1e-30)
         weight = np.where(kept[..., None], weight / share[..., None], 0)
         passing = mask & ~is_reflected if passes else np.zeros_like(mask)
@@ -119,11 +135,11 @@ class Cloth(mi.BSDF):
         lobes, passes = self._lobes(ctx)
         if lobes is None:
             return mi.Spectrum(0), mi.Float(0)
-        uv, to_viewer, mask = self._points(si, active)
+        uv, to_viewer, mask, widths = self._points(si, active)
         wi = _rows(wo)
-        f, pdf = self.shader.eval_pdf(uv, wi, to_viewer, lobes=lobes, active=mask)
+        f, pdf = self.shader.eval_pdf(uv, wi, to_viewer, lobes=lobes, footprint=widths, active=mask)
         if passes:
-            pdf = pdf * self.shader.opacity(uv, active=mask)
+            pdf = pdf * self.shader.opacity(uv, footprint=widths, active=mask)
         return _spectrum(f * np.abs(wi[..., 2:])), _vector(mi.Float, pdf)
 
     def eval_pdf_sample(self, ctx, si, wo, sample1, sample2, active=True):
@@ -132,12 +148,13 @@ class Cloth(mi.BSDF):
         return f, pdf, bs, weight
 
     def eval_null_transmission(self, si, active=True):
-        uv, _, mask = self._points(si, active)
-        return _spectrum(np.where(mask, 1 - self.shader.opacity(uv, active=mask), 0)[..., None].repeat(3, -1))
+        uv, _, mask, widths = self._points(si, active)
+        passing = np.where(mask, 1 - self.shader.opacity(uv, footprint=widths, active=mask), 0)
+        return _spectrum(passing[..., None].repeat(3, -1))
 
     def eval_diffuse_reflectance(self, si, active=True):
-        uv, wo, mask = self._points(si, active)
-        return _spectrum(self.shader.albedo(uv, wo, active=mask))
+        uv, wo, mask, widths = self._points(si, active)
+        return _spectrum(self.shader.albedo(uv, wo, footprint=widths, active=mask))
 
     def traverse(self, callback):
         callback.put("uv_scale", self.uv_scale, mi.ParamFlags.NonDifferentiable)

@@ -25,9 +25,9 @@ def places(count: int) -> np.ndarray:
     return np.random.default_rng(5).random((count, 2)).astype(np.float32)
 
 
-def values(path: pathlib.Path, uv: np.ndarray):
+def values(path: pathlib.Path, uv: np.ndarray, **more):
     """f cos and density for two fixed directions at each uv, from the variant that is chosen."""
-    bsdf = mi.load_dict({"type": "selvedge", "filename": str(path), "uv_scale": UV_SCALE})
+    bsdf = mi.load_dict({"type": "selvedge", "filename": str(path), "uv_scale": UV_SCALE, **more})
     context = mi.BSDFContext()
     if dr.is_jit_v(mi.Float):
         si = dr.zeros(mi.SurfaceInteraction3f, len(uv))
@@ -57,6 +57,31 @@ class Values(unittest.TestCase):
                 for found, wanted in zip(values(path, uv), expected, strict=True):
                     found = found.astype(np.float32)
                     np.testing.assert_array_equal(found.view(np.uint32), wanted.view(np.uint32), variant)
+
+    def test_footprints_are_given_or_those_of_pixels(self) -> None:
+        shader = selvedge.Shader(selvedge.Fabric.load(DENIM))
+        uv = places(200)
+        at = uv.astype(np.float64) * UV_SCALE
+        widths = np.geomspace(1e-4, 1e-1, 200).astype(np.float32)
+        for variant in ("llvm_ad_rgb", "scalar_rgb"):
+            mi.set_variant(variant)
+            for width in (2e-3, 1.0):
+                f, pdf = values(DENIM, uv, footprint=width)
+                expected = shader.eval_pdf(at, WO, WI, footprint=width)
+                opacity = shader.opacity(at, footprint=width)
+                np.testing.assert_array_equal(pdf.astype(np.float32), expected[1] * opacity)
+                np.testing.assert_array_equal(f.astype(np.float32), expected[0] * abs(WO[2]))
+        mi.set_variant("llvm_ad_rgb")
+        bsdf = mi.load_dict(
+            {"type": "selvedge", "filename": str(DENIM), "uv_scale": UV_SCALE, "footprint": 0.0}
+        )
+        si = dr.zeros(mi.SurfaceInteraction3f, len(uv))
+        si.uv, si.wi = mi.Point2f(uv.T.copy()), mi.Vector3f(*WI.tolist())
+        si.duv_dx = mi.Vector2f(mi.Float(widths / UV_SCALE), 0)
+        si.duv_dy = mi.Vector2f(0, mi.Float(2 * widths / UV_SCALE))
+        f = np.array(bsdf.eval(mi.BSDFContext(), si, mi.Vector3f(*WO.tolist()))).T
+        expected = shader.eval(at, WO, WI, footprint=widths) * abs(WO[2])
+        np.testing.assert_allclose(f, expected, rtol=1e-4)
 
     def test_light_passes_through_gaps(self) -> None:
         mi.set_variant("llvm_ad_rgb")

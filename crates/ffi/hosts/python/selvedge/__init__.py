@@ -310,7 +310,12 @@ class Fabric(_Owner):
 
 
 class Shader(_Owner):
-    """A cloth ready to be shaded, which never changes."""
+    """A cloth ready to be shaded, which never changes.
+
+    `footprint` is the width, m, of what a pixel sees at each point: where it spans a few threads, the mean
+    over the repeat gradually takes over, and the mean over the cloth stays the same. 0 shades the points
+    themselves. What belongs to one sample gets the same.
+    """
 
     _free = _library.LIBRARY.selvedge_shader_free
 
@@ -327,12 +332,13 @@ class Shader(_Owner):
         *,
         lobes: str = "both",
         sides: str = "both",
+        footprint: npt.ArrayLike = 0,
         active: npt.ArrayLike | None = None,
         out: Array | None = None,
     ) -> Array:
         """The BRDF, 1/sr, without the cosine; of `lobes` (`both`, `specular`, `diffuse`); with the back
         black if `sides` is `face`. Points that are not `active` are 0, or stay as `out` has them."""
-        batch = Batch({"uv": uv, "wi": wi, "wo": wo}, active, lobes, sides)
+        batch = Batch({"uv": uv, "wi": wi, "wo": wo}, active, lobes, sides, footprint)
         f, places = batch.vectors(out)
         batch.call("eval", self.handle, places)
         return f
@@ -344,10 +350,11 @@ class Shader(_Owner):
         wo: npt.ArrayLike,
         *,
         sides: str = "both",
+        footprint: npt.ArrayLike = 0,
         active: npt.ArrayLike | None = None,
     ) -> tuple[Array, Array]:
         """The highlight and the diffuse reflection, whose sum is the BRDF."""
-        batch = Batch({"uv": uv, "wi": wi, "wo": wo}, active, "both", sides)
+        batch = Batch({"uv": uv, "wi": wi, "wo": wo}, active, "both", sides, footprint)
         (specular, to_specular), (diffuse, to_diffuse) = batch.vectors(), batch.vectors()
         batch.call("eval_lobes", self.handle, to_specular, to_diffuse)
         return specular, diffuse
@@ -359,10 +366,11 @@ class Shader(_Owner):
         wo: npt.ArrayLike,
         *,
         sides: str = "both",
+        footprint: npt.ArrayLike = 0,
         active: npt.ArrayLike | None = None,
     ) -> Array:
         """The density, 1/sr, with which `sample` draws `wi` for `wo`."""
-        batch = Batch({"uv": uv, "wi": wi, "wo": wo}, active, "both", sides)
+        batch = Batch({"uv": uv, "wi": wi, "wo": wo}, active, "both", sides, footprint)
         pdf, places = batch.numbers()
         batch.call("pdf", self.handle, places)
         return pdf
@@ -374,10 +382,11 @@ class Shader(_Owner):
         wo: npt.ArrayLike,
         *,
         sides: str = "both",
+        footprint: npt.ArrayLike = 0,
         active: npt.ArrayLike | None = None,
     ) -> Array:
         """The density, 1/sr, with which `sample` would draw `wo` for `wi`."""
-        batch = Batch({"uv": uv, "wi": wi, "wo": wo}, active, "both", sides)
+        batch = Batch({"uv": uv, "wi": wi, "wo": wo}, active, "both", sides, footprint)
         pdf, places = batch.numbers()
         batch.call("reverse_pdf", self.handle, places)
         return pdf
@@ -390,10 +399,11 @@ class Shader(_Owner):
         *,
         lobes: str = "both",
         sides: str = "both",
+        footprint: npt.ArrayLike = 0,
         active: npt.ArrayLike | None = None,
     ) -> tuple[Array, Array]:
         """Both `eval` and `pdf`."""
-        batch = Batch({"uv": uv, "wi": wi, "wo": wo}, active, lobes, sides)
+        batch = Batch({"uv": uv, "wi": wi, "wo": wo}, active, lobes, sides, footprint)
         (f, to_f), (pdf, to_pdf) = batch.vectors(), batch.numbers()
         batch.call("eval_pdf", self.handle, to_f, to_pdf)
         return f, pdf
@@ -406,11 +416,12 @@ class Shader(_Owner):
         *,
         lobes: str = "both",
         sides: str = "both",
+        footprint: npt.ArrayLike = 0,
         active: npt.ArrayLike | None = None,
     ) -> tuple[Array, Array, Array]:
         """Directions drawn by three numbers `xi` in [0, 1), their weights f cos / pdf, and densities.
         A draw whose density is 0 counts as a sample that reflects nothing."""
-        batch = Batch({"uv": uv, "wo": wo, "xi": xi}, active, lobes, sides)
+        batch = Batch({"uv": uv, "wo": wo, "xi": xi}, active, lobes, sides, footprint)
         (wi, to_wi), (weight, to_weight) = batch.vectors(), batch.vectors()
         pdf, to_pdf = batch.numbers()
         batch.call("sample", self.handle, to_wi, to_weight, to_pdf)
@@ -422,24 +433,31 @@ class Shader(_Owner):
         wo: npt.ArrayLike,
         *,
         sides: str = "both",
+        footprint: npt.ArrayLike = 0,
         active: npt.ArrayLike | None = None,
     ) -> Array:
         """The share of the light from all sides that is reflected to `wo`, good to some hundredths."""
-        batch = Batch({"uv": uv, "wo": wo}, active, "both", sides)
+        batch = Batch({"uv": uv, "wo": wo}, active, "both", sides, footprint)
         albedo, places = batch.vectors()
         batch.call("albedo", self.handle, places)
         return albedo
 
-    def opacity(self, uv: npt.ArrayLike, *, active: npt.ArrayLike | None = None) -> Array:
+    def opacity(
+        self,
+        uv: npt.ArrayLike,
+        *,
+        footprint: npt.ArrayLike = 0,
+        active: npt.ArrayLike | None = None,
+    ) -> Array:
         """The share of the light that does not pass straight through the cloth; 0 in a gap."""
-        batch = Batch({"uv": uv}, active, "both", "both")
+        batch = Batch({"uv": uv}, active, footprint=footprint)
         opacity, places = batch.numbers()
         batch.call("opacity", self.handle, places)
         return opacity
 
     def yarn_at(self, uv: npt.ArrayLike, *, active: npt.ArrayLike | None = None) -> Array:
         """Which piece of yarn the face shows, as an array of `YARN_POINT`."""
-        batch = Batch({"uv": uv}, active, "both", "both")
+        batch = Batch({"uv": uv}, active)
         found = np.zeros(batch.shape, dtype=YARN_POINT)
         found["struct_size"] = YARN_POINT.itemsize
         batch.call("yarn_at", self.handle, found.ctypes.data)

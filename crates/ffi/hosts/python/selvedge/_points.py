@@ -19,7 +19,12 @@ class Batch:
     """Points of one shape, which keep their arrays alive."""
 
     def __init__(
-        self, inputs: dict[str, npt.ArrayLike], active: npt.ArrayLike | None, lobes: str, sides: str
+        self,
+        inputs: dict[str, npt.ArrayLike],
+        active: npt.ArrayLike | None = None,
+        lobes: str = "both",
+        sides: str = "both",
+        footprint: npt.ArrayLike = 0,
     ) -> None:
         self._arrays: list[Array] = []
         widths = {"uv": 2, "wi": 3, "wo": 3, "xi": 3}
@@ -31,7 +36,8 @@ class Batch:
                 raise ValueError(found)
             arrays[name] = array
         mask = None if active is None else np.asarray(active, dtype=np.bool_)
-        shapes = [array.shape[:-1] for array in arrays.values()]
+        widths_seen = np.asarray(footprint, dtype=np.float32)
+        shapes = [array.shape[:-1] for array in arrays.values()] + [widths_seen.shape]
         shapes += [] if mask is None else [mask.shape]
         self.shape = np.broadcast_shapes(*shapes)
         self.count = int(np.prod(self.shape))
@@ -47,10 +53,15 @@ class Batch:
             stride = flat.strides[0]
             fill(getattr(self.points, name), flat, stride)
         if mask is not None:
-            flags = np.broadcast_to(mask, self.shape).reshape(self.count)
-            self._arrays.append(flags)
-            self.points.active.values = flags.ctypes.data
-            self.points.active.stride = flags.strides[0]
+            self._fill_values(self.points.active, mask)
+        if np.any(widths_seen):
+            self._fill_values(self.points.footprint, widths_seen)
+
+    def _fill_values(self, values: Any, array: Array) -> None:
+        flat = np.broadcast_to(array, self.shape).reshape(self.count)
+        self._arrays.append(flat)
+        values.values = flat.ctypes.data
+        values.stride = flat.strides[0]
 
     def vectors(self, out: Array | None = None) -> tuple[Array, _library.Vectors]:
         """Where vectors go: a new array of zeros, or `out`."""

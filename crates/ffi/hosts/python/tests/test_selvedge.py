@@ -163,6 +163,32 @@ class Shaders(unittest.TestCase):
         albedo = self.shader.albedo(uv, UP)
         self.assertTrue(np.all(albedo >= 0) and np.all(albedo.mean(axis=0) <= 1))
 
+    def test_footprints_blur_threads_and_keep_the_mean(self) -> None:
+        uv = np.random.default_rng(2).random((200_000, 2)) * selvedge.Fabric.load(DENIM).size
+        near = self.shader.eval(uv, LIGHT, UP)
+        for none in (0, np.nan, -1.0, np.zeros(len(uv))):
+            at_points = self.shader.eval(uv[:500], LIGHT, UP, footprint=none if np.ndim(none) == 0 else none[:500])
+            np.testing.assert_array_equal(at_points, near[:500])
+        far = self.shader.eval(uv[:2], LIGHT, UP, footprint=1.0)
+        np.testing.assert_array_equal(far[0], far[1])
+        np.testing.assert_allclose(near.mean(axis=0), far[0], rtol=0.03)
+        # Between, the contrast falls, and all calls tell the same story.
+        widths = np.geomspace(1e-4, 1e-1, 60)[:, None]
+        xi = np.random.default_rng(4).random((300, 3))
+        f, pdf = self.shader.eval_pdf(uv[:300], LIGHT, UP, footprint=widths)
+        contrast = f.std(axis=1).max(axis=-1)
+        self.assertTrue(np.all(np.diff(contrast) <= 1e-6 * contrast[0]), contrast)
+        self.assertTrue(np.any((contrast > 0) & (contrast < 0.9 * contrast[0])))
+        specular, diffuse = self.shader.eval_lobes(uv[:300], LIGHT, UP, footprint=widths)
+        np.testing.assert_array_equal(f, specular + diffuse)
+        wi, weight, density = self.shader.sample(uv[:300], UP, xi, footprint=widths)
+        f, pdf = self.shader.eval_pdf(uv[:300], wi, UP, footprint=widths)
+        drawn = density > 0
+        self.assertGreater(drawn.mean(), 0.8)
+        np.testing.assert_allclose(density[drawn], pdf[drawn], rtol=1e-5)
+        expected = (f * wi[..., 2:])[drawn] / density[drawn][:, None]
+        np.testing.assert_allclose(weight[drawn], expected, rtol=1e-4)
+
     def test_pieces_of_yarn_are_told(self) -> None:
         points = self.shader.yarn_at(positions(400))
         self.assertTrue(set(points["kind"]) <= {0, 1, 2, 3, 4})
