@@ -1,6 +1,6 @@
-//! The plug-ins for Python and Mitsuba 3, with `SELVEDGE_HOST_TESTS=1`: installs them and what they need from
-//! the Python registry into a folder of their own, which takes a minute, and runs their tests, which takes
-//! some more.
+//! The plug-ins for Python, Mitsuba 3 and Blender, with `SELVEDGE_HOST_TESTS=1`: installs them and what they
+//! need from the Python registry into folders of their own, which takes a minute, and runs their tests, which
+//! takes some more.
 
 mod common;
 
@@ -20,11 +20,34 @@ fn run(command: &mut Command) -> String {
     out.into_owned()
 }
 
-/// The interpreter of an environment with all hosts.
-fn python() -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("hosts");
+/// Whether to run; says so if not.
+fn is_asked_for() -> bool {
+    let is_set = env::var_os("SELVEDGE_HOST_TESTS").is_some();
+    if !is_set {
+        eprintln!("skipped: SELVEDGE_HOST_TESTS is not set");
+    }
+    is_set
+}
+
+/// The interpreter of an environment of this name with nothing in it.
+fn environment(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     run(Command::new("python3").args(["-m", "venv"]).arg(&folder));
-    let python = folder.join("bin/python");
+    folder.join("bin/python")
+}
+
+/// The program `selvedge`.
+fn program() -> PathBuf {
+    let mut build = Command::new(env!("CARGO"));
+    run(build.args(["build", "--quiet", "--release", "-p", "selvedge"]));
+    let target =
+        Path::new(env!("CARGO_TARGET_TMPDIR")).parent().expect("it is in the target folder");
+    target.join("release/selvedge")
+}
+
+/// The interpreter of an environment with the hosts of Python.
+fn python() -> PathBuf {
+    let python = environment("hosts");
     let mut install = Command::new(&python);
     install.args(["-m", "pip", "install", "--quiet", "numpy", "mitsuba", "mypy"]);
     run(install.args(["python", "mitsuba3"].map(|host| hosts().join(host))));
@@ -48,8 +71,7 @@ for bits in f.reshape(-1, 3).view(np.uint32):
 
 #[test]
 fn hosts_give_the_values_of_rust_and_pass_their_tests() {
-    if env::var_os("SELVEDGE_HOST_TESTS").is_none() {
-        eprintln!("skipped: SELVEDGE_HOST_TESTS is not set");
+    if !is_asked_for() {
         return;
     }
     let python = python();
@@ -72,14 +94,30 @@ fn hosts_give_the_values_of_rust_and_pass_their_tests() {
     let mut types = Command::new(&python);
     run(types.args(["-m", "mypy", "selvedge"]).current_dir(hosts().join("python")));
 
-    let mut build = Command::new(env!("CARGO"));
-    run(build.args(["build", "--quiet", "--release", "-p", "selvedge", "--message-format=json"]));
-    let target =
-        Path::new(env!("CARGO_TARGET_TMPDIR")).parent().expect("it is in the target folder");
+    let program = program();
     for test in ["test_values.py", "test_chi2.py", "test_sheet.py"] {
         let mut command = Command::new(&python);
         command.arg(hosts().join("mitsuba3/tests").join(test));
-        command.env("SELVEDGE_PROGRAM", target.join("release/selvedge"));
+        command.env("SELVEDGE_PROGRAM", &program);
         println!("{}", run(command.current_dir(elsewhere)));
     }
+}
+
+#[test]
+fn blender_makes_a_material_of_baked_maps() {
+    if !is_asked_for() {
+        return;
+    }
+    let python = environment("blender");
+    let mut install = Command::new(&python);
+    let installed = install.args(["-m", "pip", "install", "--quiet", "bpy"]).output().unwrap();
+    let reason = String::from_utf8_lossy(&installed.stderr);
+    if reason.contains("No matching distribution") {
+        eprintln!("skipped: there is no Blender for this Python");
+        return;
+    }
+    assert!(installed.status.success(), "{reason}");
+    let mut tests = Command::new(&python);
+    tests.arg(hosts().join("blender/tests/test_blender.py")).env("SELVEDGE_PROGRAM", program());
+    println!("{}", run(tests.current_dir(env!("CARGO_TARGET_TMPDIR"))));
 }
