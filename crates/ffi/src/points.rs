@@ -8,7 +8,9 @@ use crate::memory::{self, Handshake};
 use crate::point::{YarnPoint, live};
 use crate::shader::Shader;
 use crate::status::{Failure, Message, Status};
-use crate::stream::{Flags, Numbers, NumbersOut, Positions, Reach, Vectors, VectorsOut, overlap};
+use crate::stream::{
+    Chosen, Flags, Numbers, NumbersOut, Positions, Reach, Vectors, VectorsOut, overlap, room,
+};
 use crate::{guard, non_null};
 
 /// Points to shade. What a function has no use for is not looked at; zero it.
@@ -460,21 +462,21 @@ impl Checked {
     unsafe fn each_block(&self, step: usize, mut shade: impl FnMut(usize, &Inputs<'_>)) {
         let Points { count, uv, wi, wo, xi, footprint, active, .. } = &self.points;
         let mut flags = [true; BLOCK];
-        let mut widths = [0.0; BLOCK];
-        let mut places = [[0.0; BLOCK]; 2];
-        let mut planes = [[[0.0; BLOCK]; 3]; 3];
+        let mut widths = room();
+        let mut places = room();
+        let mut planes = [room(), room(), room()];
         let none: [&[f32]; 3] = [&[]; 3];
         for first in (0..*count).step_by(step) {
             let range = first..(*count).min(first + step);
             let flags = &mut flags[..range.len().min(BLOCK)];
             // SAFETY: the caller vouches for elements up to the number of points.
             unsafe {
-                active.gather(first, flags);
+                let is_full = active.gather(first, flags);
+                let active = (!is_full).then_some(&*flags);
+                let chosen = Chosen { first, count: range.len(), active };
                 let uv_slices = self.is_whole().then(|| uv.direct(&range)).flatten();
-                let uv = uv_slices.unwrap_or_else(|| {
-                    uv.gather(first, flags, &mut places);
-                    places.each_ref().map(|plane| &plane[..range.len()])
-                });
+                let uv = uv_slices
+                    .unwrap_or_else(|| uv.gather(&chosen, &mut places).map(|plane| &*plane));
                 let mut vectors = [none; 3];
                 let streams = [wi, wo, xi].into_iter().zip(&mut planes).zip(self.uses);
                 for (to, ((stream, planes), used)) in vectors.iter_mut().zip(streams) {
@@ -483,21 +485,17 @@ impl Checked {
                     }
                     let slices = self.is_whole().then(|| stream.direct(&range)).flatten();
                     *to = slices.unwrap_or_else(|| {
-                        stream.gather(first, flags, planes);
+                        let [x, y, z] = stream.gather(&chosen, planes);
                         if self.is_face_alone {
                             // In the plane of the cloth nothing is seen.
-                            planes[2].iter_mut().for_each(|z| *z = z.max(0.0));
+                            z.iter_mut().for_each(|z| *z = z.max(0.0));
                         }
-                        planes.each_ref().map(|plane| &plane[..range.len()])
+                        [x, y, z].map(|plane| &*plane)
                     });
                 }
                 let [wi, wo, xi] = vectors;
-                let footprint = self.has_footprint.then(|| {
-                    footprint.gather(first, flags, &mut widths);
-                    &widths[..range.len()]
-                });
-                let is_full = flags.iter().all(|&is_active| is_active);
-                let active = (!is_full).then_some(&*flags);
+                let footprint =
+                    self.has_footprint.then(|| &*footprint.gather(&chosen, &mut widths));
                 let (lobes, wide) = (self.lobes, &[][..]);
                 shade(first, &Inputs { uv, wi, wo, xi, footprint, active, wide, lobes });
             }
@@ -570,15 +568,14 @@ impl Output {
     ///
     /// There are as many places as points, of which `inputs` has those from `first` on.
     unsafe fn scatter(&self, first: usize, inputs: &Inputs<'_>, found: &([[Plane; 3]; 2], Plane)) {
-        let count = inputs.uv[0].len();
-        let active = inputs.active.unwrap_or(&[true; BLOCK][..count]);
+        let chosen = Chosen { first, count: inputs.uv[0].len(), active: inputs.active };
         // SAFETY: the caller vouches for the places.
         unsafe {
             match self {
                 Self::Vectors(output, _, number) => {
-                    output.scatter(first, active, &found.0[*number]);
+                    output.scatter(&chosen, &found.0[*number]);
                 }
-                Self::Numbers(output, _) => output.scatter(first, active, &found.1),
+                Self::Numbers(output, _) => output.scatter(&chosen, &found.1),
             }
         }
     }

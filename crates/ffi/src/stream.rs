@@ -1,5 +1,6 @@
 //! The caller's arrays of numbers and vectors: any layout that pointers and a stride can tell.
 
+use std::mem::MaybeUninit;
 use std::ops::Range;
 use std::{array, ptr, slice};
 
@@ -74,17 +75,18 @@ impl Positions {
         check(count, self.stride, is_null, name)
     }
 
+    /// Those of the points of `chosen`; 0 where they are not active.
+    ///
     /// # Safety
     ///
-    /// There are elements of all points from `first` on that are active.
-    pub(crate) unsafe fn gather(
+    /// There are elements of all these points that are active.
+    pub(crate) unsafe fn gather<'a>(
         &self,
-        first: usize,
-        active: &[bool],
-        planes: &mut [[f64; BLOCK]; 2],
-    ) {
+        chosen: &Chosen<'_>,
+        room: &'a mut Room<f64, 2>,
+    ) -> [&'a mut [f64]; 2] {
         // SAFETY: the caller vouches for the elements.
-        unsafe { gather(self.component, self.stride, first, active, planes) };
+        unsafe { gather(self.component, self.stride, chosen, room) }
     }
 }
 
@@ -94,12 +96,18 @@ impl Vectors {
         check(count, self.stride, is_null, name)
     }
 
+    /// Those of the points of `chosen`; 0 where they are not active.
+    ///
     /// # Safety
     ///
-    /// There are elements of all points from `first` on that are active.
-    pub(crate) unsafe fn gather(&self, first: usize, active: &[bool], planes: &mut [Plane; 3]) {
+    /// There are elements of all these points that are active.
+    pub(crate) unsafe fn gather<'a>(
+        &self,
+        chosen: &Chosen<'_>,
+        room: &'a mut Room<f32, 3>,
+    ) -> [&'a mut [f32]; 3] {
         // SAFETY: the caller vouches for the elements.
-        unsafe { gather(self.component, self.stride, first, active, planes) };
+        unsafe { gather(self.component, self.stride, chosen, room) }
     }
 }
 
@@ -142,12 +150,19 @@ impl Numbers {
         check(count, self.stride, self.values.is_null(), name)
     }
 
+    /// Those of the points of `chosen`; 0 where they are not active.
+    ///
     /// # Safety
     ///
-    /// There are numbers of all points from `first` on that are active.
-    pub(crate) unsafe fn gather(&self, first: usize, active: &[bool], plane: &mut Plane) {
+    /// There are numbers of all these points that are active.
+    pub(crate) unsafe fn gather<'a>(
+        &self,
+        chosen: &Chosen<'_>,
+        room: &'a mut Room<f32, 1>,
+    ) -> &'a mut [f32] {
         // SAFETY: the caller vouches for the numbers.
-        unsafe { gather([self.values], self.stride, first, active, array::from_mut(plane)) };
+        let [numbers] = unsafe { gather([self.values], self.stride, chosen, room) };
+        numbers
     }
 
     /// What they reach.
@@ -161,20 +176,21 @@ impl Flags {
         check(count, self.stride, false, name)
     }
 
+    /// Whether all points from `first` on are active; if not, `active` tells which.
+    ///
     /// # Safety
     ///
-    /// There are no flags, or those of all points from `first` on.
-    pub(crate) unsafe fn gather(&self, first: usize, active: &mut [bool]) {
+    /// There are no flags, or those of all these points.
+    pub(crate) unsafe fn gather(&self, first: usize, active: &mut [bool]) -> bool {
         if self.values.is_null() {
-            active.fill(true);
-            return;
+            return true;
         }
         for (i, active) in active.iter_mut().enumerate() {
             let at = offset(self.stride, first + i);
             // SAFETY: the caller vouches for the flag.
-            *active =
-                self.values.is_null() || unsafe { *self.values.wrapping_byte_offset(at) } != 0;
+            *active = unsafe { *self.values.wrapping_byte_offset(at) } != 0;
         }
+        active.iter().all(|&active| active)
     }
 }
 
@@ -187,10 +203,10 @@ impl VectorsOut {
 
     /// # Safety
     ///
-    /// There are places for all points from `first` on that are active.
-    pub(crate) unsafe fn scatter(&self, first: usize, active: &[bool], planes: &[Plane; 3]) {
+    /// There are places for all points of `chosen` that are active.
+    pub(crate) unsafe fn scatter(&self, chosen: &Chosen<'_>, planes: &[Plane; 3]) {
         // SAFETY: the caller vouches for the places.
-        unsafe { scatter(self.component, self.stride, first, active, planes) };
+        unsafe { scatter(self.component, self.stride, chosen, planes) };
     }
 }
 
@@ -239,10 +255,10 @@ impl NumbersOut {
 
     /// # Safety
     ///
-    /// There are places for all points from `first` on that are active.
-    pub(crate) unsafe fn scatter(&self, first: usize, active: &[bool], plane: &Plane) {
+    /// There are places for all points of `chosen` that are active.
+    pub(crate) unsafe fn scatter(&self, chosen: &Chosen<'_>, plane: &Plane) {
         // SAFETY: the caller vouches for the places.
-        unsafe { scatter([self.values], self.stride, first, active, array::from_ref(plane)) };
+        unsafe { scatter([self.values], self.stride, chosen, array::from_ref(plane)) };
     }
 }
 
@@ -307,65 +323,181 @@ fn offset(stride: isize, index: usize) -> isize {
     stride.wrapping_mul(index as isize)
 }
 
+/// Room for N components of a block of points, which nothing has been put into: that would cost as much as
+/// filling it.
+pub(crate) type Room<T, const N: usize> = [[MaybeUninit<T>; BLOCK]; N];
+
+/// Room with nothing in it.
+pub(crate) const fn room<T: Copy, const N: usize>() -> Room<T, N> {
+    [[MaybeUninit::uninit(); BLOCK]; N]
+}
+
+/// Points of a call: `count` from `first` on, of which those count that are `active`, or all.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Chosen<'a> {
+    pub(crate) first: usize,
+    /// At most [`BLOCK`].
+    pub(crate) count: usize,
+    pub(crate) active: Option<&'a [bool]>,
+}
+
+/// The components of the points of `chosen`.
+///
 /// # Safety
 ///
-/// There are elements of all points from `first` on that are active.
-unsafe fn gather<T: Copy, const N: usize>(
+/// There are elements of all these points that are active.
+unsafe fn gather<'a, T: Copy + Default, const N: usize>(
     starts: [*const T; N],
     stride: isize,
-    first: usize,
-    active: &[bool],
-    planes: &mut [[T; BLOCK]; N],
-) {
-    let starts = starts.map(|start| start.wrapping_byte_offset(offset(stride, first)));
-    let is_full = is_full(active);
+    chosen: &Chosen<'_>,
+    room: &'a mut Room<T, N>,
+) -> [&'a mut [T]; N] {
+    let starts = starts.map(|start| start.wrapping_byte_offset(offset(stride, chosen.first)));
+    let count = chosen.count;
     // SAFETY: the caller vouches for the elements that are read.
     unsafe {
-        if is_full && stride == size_of::<T>() as isize {
-            let bytes = active.len() * size_of::<T>();
-            for (plane, start) in planes.iter_mut().zip(starts) {
-                ptr::copy_nonoverlapping(start.cast::<u8>(), plane.as_mut_ptr().cast(), bytes);
+        match (chosen.active, packed(starts, stride)) {
+            (None, 2) => gather_packed::<T, N, 2>(starts[0], count, room),
+            (None, 3) => gather_packed::<T, N, 3>(starts[0], count, room),
+            (None, 4) => gather_packed::<T, N, 4>(starts[0], count, room),
+            (None, _) => {
+                for (plane, start) in room.iter_mut().zip(starts) {
+                    gather_one(start, stride, &mut plane[..count]);
+                }
             }
-            return;
-        }
-        for i in (0..active.len().min(BLOCK)).filter(|&i| is_full || active[i]) {
-            for (plane, start) in planes.iter_mut().zip(starts) {
-                plane[i] = start.wrapping_byte_offset(offset(stride, i)).read_unaligned();
+            (Some(active), _) => {
+                for (plane, start) in room.iter_mut().zip(starts) {
+                    gather_some(start, stride, active, &mut plane[..count]);
+                }
             }
         }
     }
+    // SAFETY: whatever the layout, each of the first `count` has been written.
+    room.each_mut().map(|plane| unsafe { plane[..count].assume_init_mut() })
 }
 
 /// # Safety
 ///
-/// There are places for all points from `first` on that are active.
+/// There are places for all points of `chosen` that are active.
 unsafe fn scatter<const N: usize>(
     starts: [*mut f32; N],
     stride: isize,
-    first: usize,
-    active: &[bool],
+    chosen: &Chosen<'_>,
     planes: &[Plane; N],
 ) {
-    let starts = starts.map(|start| start.wrapping_byte_offset(offset(stride, first)));
-    let is_full = is_full(active);
+    let starts = starts.map(|start| start.wrapping_byte_offset(offset(stride, chosen.first)));
+    let count = chosen.count;
     // SAFETY: the caller vouches for the places that are written.
     unsafe {
-        if is_full && stride == size_of::<f32>() as isize {
-            let bytes = active.len() * size_of::<f32>();
-            for (plane, start) in planes.iter().zip(starts) {
-                ptr::copy_nonoverlapping(plane.as_ptr().cast::<u8>(), start.cast(), bytes);
+        match (chosen.active, packed(starts.map(<*mut f32>::cast_const), stride)) {
+            (None, 3) => scatter_packed::<N, 3>(starts[0], count, planes),
+            (None, 4) => scatter_packed::<N, 4>(starts[0], count, planes),
+            (None, _) => {
+                for (plane, start) in planes.iter().zip(starts) {
+                    scatter_one(start, stride, &plane[..count]);
+                }
             }
-            return;
-        }
-        for i in (0..active.len().min(BLOCK)).filter(|&i| is_full || active[i]) {
-            for (plane, start) in planes.iter().zip(starts) {
-                start.wrapping_byte_offset(offset(stride, i)).write_unaligned(plane[i]);
+            (Some(active), _) => {
+                for i in (0..count).filter(|&i| active[i]) {
+                    for (plane, start) in planes.iter().zip(starts) {
+                        start.wrapping_byte_offset(offset(stride, i)).write_unaligned(plane[i]);
+                    }
+                }
             }
         }
     }
 }
 
-/// Whether no point is left out, which saves looking at each.
-fn is_full(active: &[bool]) -> bool {
-    active.iter().all(|&active| active)
+/// How many elements lie from one point to the next, if the components of each lie one after the other; else 0.
+fn packed<T, const N: usize>(starts: [*const T; N], stride: isize) -> isize {
+    let size = size_of::<T>() as isize;
+    let is_in_order = (0..N).all(|k| starts[k] == starts[0].wrapping_add(k));
+    let is_whole = N > 1 && stride >= N as isize * size && stride % size == 0;
+    if is_in_order && is_whole { stride / size } else { 0 }
+}
+
+/// Points that lie `STEP` elements apart, which the compiler takes many at a time because it knows that.
+///
+/// # Safety
+///
+/// There are `count` points, of whose `STEP` elements at least the first N are there.
+unsafe fn gather_packed<T: Copy, const N: usize, const STEP: usize>(
+    start: *const T,
+    count: usize,
+    room: &mut Room<T, N>,
+) {
+    for i in 0..count.min(BLOCK) {
+        for (k, plane) in room.iter_mut().enumerate() {
+            // SAFETY: the caller vouches for the element.
+            plane[i].write(unsafe { start.add(STEP * i + k).read_unaligned() });
+        }
+    }
+}
+
+/// # Safety
+///
+/// As for [`gather_packed`], of places.
+unsafe fn scatter_packed<const N: usize, const STEP: usize>(
+    start: *mut f32,
+    count: usize,
+    planes: &[Plane; N],
+) {
+    for i in 0..count.min(BLOCK) {
+        for (k, plane) in planes.iter().enumerate() {
+            // SAFETY: the caller vouches for the place.
+            unsafe { start.add(STEP * i + k).write_unaligned(plane[i]) };
+        }
+    }
+}
+
+/// # Safety
+///
+/// There are as many elements as `plane` has room for.
+unsafe fn gather_one<T: Copy>(start: *const T, stride: isize, plane: &mut [MaybeUninit<T>]) {
+    // SAFETY: the caller vouches for the elements.
+    unsafe {
+        if stride == size_of::<T>() as isize {
+            let bytes = size_of_val(plane);
+            ptr::copy_nonoverlapping(start.cast::<u8>(), plane.as_mut_ptr().cast(), bytes);
+        } else if stride == 0 && !plane.is_empty() {
+            plane.fill(MaybeUninit::new(start.read_unaligned()));
+        } else {
+            for (i, value) in plane.iter_mut().enumerate() {
+                value.write(start.wrapping_byte_offset(offset(stride, i)).read_unaligned());
+            }
+        }
+    }
+}
+
+/// # Safety
+///
+/// There are elements where a point is active.
+unsafe fn gather_some<T: Copy + Default>(
+    start: *const T,
+    stride: isize,
+    active: &[bool],
+    plane: &mut [MaybeUninit<T>],
+) {
+    for (i, (value, &is_active)) in plane.iter_mut().zip(active).enumerate() {
+        let from = start.wrapping_byte_offset(offset(stride, i));
+        // SAFETY: the caller vouches for the element.
+        value.write(if is_active { unsafe { from.read_unaligned() } } else { T::default() });
+    }
+}
+
+/// # Safety
+///
+/// There are as many places as `plane` is long.
+unsafe fn scatter_one(start: *mut f32, stride: isize, plane: &[f32]) {
+    // SAFETY: the caller vouches for the places.
+    unsafe {
+        if stride == size_of::<f32>() as isize {
+            let bytes = size_of_val(plane);
+            ptr::copy_nonoverlapping(plane.as_ptr().cast::<u8>(), start.cast(), bytes);
+        } else {
+            for (i, &value) in plane.iter().enumerate() {
+                start.wrapping_byte_offset(offset(stride, i)).write_unaligned(value);
+            }
+        }
+    }
 }

@@ -118,6 +118,7 @@ class Shaders(unittest.TestCase):
         for name, a, b in [
             ("rows", uv, light),
             ("columns", np.asfortranarray(uv), np.asfortranarray(light)),
+            ("padded", uv, np.pad(light, ((0, 0), (0, 1)))[:, :3]),
             ("backwards", uv[::-1].copy()[::-1], light[::-1]),
             ("other types", uv, light.astype(np.float64)),
             ("broadcast", uv, LIGHT),
@@ -131,6 +132,10 @@ class Shaders(unittest.TestCase):
         self.assertIs(self.shader.eval(uv, LIGHT, UP, active=active, out=out), out)
         np.testing.assert_array_equal(out[active], expected[active])
         np.testing.assert_array_equal(out[~active], 7)
+        padded = np.full((300, 4), 7, dtype=np.float32)
+        self.shader.eval(uv, LIGHT, UP, out=padded[:, :3])
+        np.testing.assert_array_equal(padded[:, :3], expected)
+        np.testing.assert_array_equal(padded[:, 3], 7)
         self.assertEqual(self.shader.eval(np.empty((0, 2)), LIGHT, UP).shape, (0, 3))
 
     def test_wrong_shapes_are_told(self) -> None:
