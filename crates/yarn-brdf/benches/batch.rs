@@ -160,7 +160,7 @@ fn main() {
         for instructions in Instructions::available() {
             for (name, _) in CALLS {
                 let count = |number: u32| {
-                    count::instructions(&format!("{fabric} {instructions:?} {name} {number}"))
+                    count::instructions(&format!("{fabric} {instructions:?} {name} {number}"), None)
                 };
                 if let (Some(before), Some(all)) = (count(1), count(11)) {
                     let each = (all - before) as f64 / (10 * POINTS) as f64;

@@ -100,11 +100,11 @@ fn main() {
     time(&mut criterion);
     criterion.final_summary();
     for fabric in FABRICS {
-        let Some(before) = count::instructions(&format!("{fabric} eval 0")) else {
+        let Some(before) = count::instructions(&format!("{fabric} eval 0"), None) else {
             return eprintln!("no valgrind: instructions are not counted");
         };
         for (name, _) in CALLS {
-            if let Some(all) = count::instructions(&format!("{fabric} {name} {COUNTED}")) {
+            if let Some(all) = count::instructions(&format!("{fabric} {name} {COUNTED}"), None) {
                 println!("{name}/{fabric}: {} instructions", (all - before) / COUNTED as u64);
             }
         }

@@ -247,8 +247,8 @@ fn draws_of_the_mixture_follow_its_density_and_weigh_its_value() {
     [0, 3].into_par_iter().for_each(|i| {
         // Fibres so rough that the density of a point is smooth, as the rule over each part takes it to be.
         let highlight = Highlight::Rough { sigma: 0.3 };
-        let [warp, weft] = [9 * i + 1, 9 * i + 8]
-            .map(|i| Yarn { highlight, ..yarns::yarn(i, &USUAL) });
+        let [warp, weft] =
+            [9 * i + 1, 9 * i + 8].map(|i| Yarn { highlight, ..yarns::yarn(i, &USUAL) });
         let shader = cloth(&warp, &weft).prepare().expect("valid");
         // On yarn and in gaps.
         let at = between(&shader, DVec2::new(3.1e-4, 1.7e-4) * f64::from(i));

@@ -11,11 +11,13 @@ pub(crate) fn task() -> Option<String> {
     std::env::var(COUNT).ok()
 }
 
-/// Instructions of a run of `task`; `None` where there is no valgrind, or one that does not know them.
-pub(crate) fn instructions(task: &str) -> Option<u64> {
+/// Instructions of a run of `task`, or in it of the functions alone whose names are like `inside`, as in
+/// `*name*`; `None` where there is no valgrind, or one that does not know them.
+pub(crate) fn instructions(task: &str, inside: Option<&str>) -> Option<u64> {
     let program = std::env::current_exe().ok()?;
     let output = Command::new("valgrind")
         .args(["--tool=callgrind", "--callgrind-out-file=/dev/null"])
+        .args(inside.map(|name| format!("--toggle-collect={name}")))
         .arg(program)
         .env(COUNT, task)
         .output()
