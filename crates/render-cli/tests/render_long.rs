@@ -171,6 +171,10 @@ fn reason_of_the_end_and_statistics_are_told() {
     assert_eq!(row("stopped"), "noise is met");
     assert!(row("samples").parse::<u64>().unwrap() >= 8 * 600);
     assert!(row("Msamples/s").parse::<f64>().unwrap() > 0.0);
+    for stage in ["camera", "first hits", "scattering", "shadow rays", "rest"] {
+        let time = row(stage);
+        assert!(time.strip_suffix(" ns/sample").unwrap().parse::<f64>().unwrap() >= 0.0, "{time}");
+    }
     if cfg!(target_os = "linux") {
         assert!(row("peak memory").ends_with(" MB"), "{stderr}");
     }

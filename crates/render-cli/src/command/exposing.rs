@@ -23,6 +23,7 @@ use crate::{
         exposure::Expose,
         film::{Frame, Size},
         progressive::{self, Control, Outcome, Plan, Save, Stopped},
+        stages::{Stage, Stages},
     },
 };
 
@@ -173,4 +174,19 @@ pub(super) fn stats(outcome: &Outcome) -> String {
     rows.push(("stopped", reason(outcome.stopped).to_owned()));
     let lines = rows.iter().map(|(name, value)| format!("{name:<12}{value}"));
     lines.collect::<Vec<_>>().join("\n")
+}
+
+/// Where the time of a sample went, a line for each stage: nanoseconds of one of so many threads. What
+/// is left is for the film, for what is done once for all, and for waiting.
+pub(super) fn time_by_stage(stages: &Stages, threads: usize, outcome: &Outcome) -> String {
+    let all = outcome.new_elapsed.as_nanos() as f64 * threads as f64;
+    let mut rows: Vec<_> =
+        Stage::ALL.iter().map(|&stage| (stage.name(), stages.nanoseconds(stage) as f64)).collect();
+    let rest = all - rows.iter().map(|(_, nanoseconds)| nanoseconds).sum::<f64>();
+    rows.push(("rest", rest.max(0.0)));
+    let samples = outcome.new_samples.max(1) as f64;
+    let line = |(name, nanoseconds): &(&str, f64)| {
+        format!("{name:<12}{:.1} ns/sample", nanoseconds / samples)
+    };
+    rows.iter().map(line).collect::<Vec<_>>().join("\n")
 }

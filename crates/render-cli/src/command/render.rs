@@ -179,7 +179,7 @@ impl<'a> Drawing<'a> {
     ) -> anyhow::Result<Outcome> {
         let Self { options, destination, exposing, size, layers } = self;
         let pool = threads::pool(options.threads)?;
-        let (outcome, metadata, cloth_bytes, texture_bytes, far_share) =
+        let (outcome, metadata, cloth_bytes, texture_bytes, far_share, stages) =
             pool.install(|| -> anyhow::Result<_> {
                 let (mut scene, fabrics) = scene()?;
                 scene.detail = Detail { level: options.lod, bias: options.lod_bias };
@@ -190,7 +190,9 @@ impl<'a> Drawing<'a> {
                 let outcome = exposing.run(&view, key)?;
                 let metadata = metadata(&scene, &fabrics, options.seed, outcome.spp_mean);
                 let textures = scene.texture_bytes();
-                Ok((outcome, metadata, cloths, textures, scene.shades.far_share()))
+                let threads = rayon::current_num_threads();
+                let stages = exposing::time_by_stage(&scene.stages, threads, &outcome);
+                Ok((outcome, metadata, cloths, textures, scene.shades.far_share(), stages))
             })?;
 
         let mut picture = develop(&outcome.exposed(), options.exposure, options.view);
@@ -211,6 +213,7 @@ impl<'a> Drawing<'a> {
         }
         if options.effort.stats {
             tell(exposing::stats(&outcome));
+            tell(stages);
             if let Some(share) = far_share {
                 tell(format_args!("{:<12}{:.1} % of the shades of cloth", "far", 100.0 * share));
             }

@@ -9,7 +9,7 @@ use std::ops::{Index, IndexMut};
 use fearless_simd::{f32x4, prelude::*};
 use glam::Vec3;
 
-use super::Ray;
+use super::{Ray, wide::lanes};
 
 /// Triangles in a block.
 pub(super) const BLOCK: usize = 4;
@@ -125,11 +125,13 @@ pub(super) fn meet<S: Simd, V: SimdFloat<S, Element = f32>>(
     let [cx, cy] = [cx - cz * shear[0], cy - cz * shear[1]];
     // Twice the signed areas that the ray's axis spans with the edges. Each product is rounded
     // alike from both sides of an edge, so two neighbours cannot both find it outside.
-    let mut areas = [cx * by - cy * bx, ax * cy - ay * cx, bx * ay - by * ax];
-    let [u, v, w] = areas;
-    let on_edge = u.simd_eq(zero) | v.simd_eq(zero) | w.simd_eq(zero);
-    if on_edge.any_true() {
-        take_exact_areas(&mut areas, on_edge.to_bitmask(), [[ax, ay], [bx, by], [cx, cy]]);
+    let (u, is_u_close) = area([cx, cy], [bx, by]);
+    let (v, is_v_close) = area([ax, ay], [cx, cy]);
+    let (w, is_w_close) = area([bx, by], [ax, ay]);
+    let mut areas = [u, v, w];
+    let is_close = is_u_close | is_v_close | is_w_close;
+    if is_close.any_true() {
+        take_exact_areas(&mut areas, is_close.to_bitmask() as u32, [[ax, ay], [bx, by], [cx, cy]]);
     }
     let [u, v, w] = areas;
     let is_out = (u.simd_lt(zero) | v.simd_lt(zero) | w.simd_lt(zero))
@@ -145,17 +147,34 @@ pub(super) fn meet<S: Simd, V: SimdFloat<S, Element = f32>>(
     (met != 0).then_some(Meetings { met, t, areas })
 }
 
+/// Twice the signed area between the origin and an edge, and where it is so small that rounding may
+/// have changed its sign.
+#[inline(always)]
+fn area<S: Simd, V: SimdFloat<S, Element = f32>>(
+    [px, py]: [V; 2],
+    [qx, qy]: [V; 2],
+) -> (V, V::Mask) {
+    /// Four roundings of a product; the two products and their difference make three halves of one.
+    const ROUNDING: f32 = 2.0 * f32::EPSILON;
+    let (a, b) = (px * qy, py * qx);
+    let area = a - b;
+    // The last is for products that underflow. What is infinite, as in empty lanes, is not close.
+    let bound = (a.abs() + b.abs()) * ROUNDING + f32::MIN_POSITIVE;
+    (area, area.abs().simd_lt(bound))
+}
+
 /// Puts twice the signed areas between the origin and the edges of triangles, given by the x and y
-/// of their corners, into these `lanes`: with exact signs, as products of f32 are exact in f64.
+/// of their corners, into the lanes of `mask`: with exact signs, as products of f32 are exact in f64.
 #[cold]
-fn take_exact_areas<V>(areas: &mut [V; 3], lanes: u64, corners: [[V; 2]; 3])
+fn take_exact_areas<V>(areas: &mut [V; 3], mask: u32, corners: [[V; 2]; 3])
 where
     V: IndexMut<usize, Output = f32>,
 {
-    for lane in (0..u64::BITS as usize).filter(|lane| lanes >> lane & 1 == 1) {
-        let [a, b, c] = corners.each_ref().map(|[x, y]| [x[lane], y[lane]].map(f64::from));
-        for (area, [p, q]) in areas.iter_mut().zip([[c, b], [a, c], [b, a]]) {
-            area[lane] = (p[0] * q[1] - p[1] * q[0]) as f32;
+    let [a, b, c] = corners;
+    for (area, [p, q]) in areas.iter_mut().zip([[&c, &b], [&a, &c], [&b, &a]]) {
+        for lane in lanes(mask) {
+            let [px, py, qx, qy] = [p[0][lane], p[1][lane], q[0][lane], q[1][lane]].map(f64::from);
+            area[lane] = (px * qy - py * qx) as f32;
         }
     }
 }
