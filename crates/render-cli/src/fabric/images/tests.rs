@@ -9,10 +9,10 @@ use crate::fabric::{self, FabricSource};
 /// A PNG of bytes that rise from left to right.
 fn ramp(width: u32, height: u32) -> Vec<u8> {
     let byte = |x, _| Luma([(255 * x / (width - 1).max(1)) as u8]);
-    png(GrayImage::from_fn(width, height, byte).into())
+    png(&GrayImage::from_fn(width, height, byte).into())
 }
 
-fn png(image: DynamicImage) -> Vec<u8> {
+fn png(image: &DynamicImage) -> Vec<u8> {
     let mut bytes = std::io::Cursor::new(Vec::new());
     image.write_to(&mut bytes, ImageFormat::Png).unwrap();
     bytes.into_inner()
@@ -64,7 +64,7 @@ fn picture_is_where_the_cloth_is_and_means_what_its_range_says() {
 
 #[test]
 fn range_is_that_of_the_numbers_in_the_picture() {
-    let grey = png(GrayImage::from_fn(2, 1, |x, _| Luma([51 + 102 * x as u8])).into());
+    let grey = png(&GrayImage::from_fn(2, 1, |x, _| Luma([51 + 102 * x as u8])).into());
     let source = read(&[("a.json", with(PSI).as_bytes()), ("a.png", &grey)]).unwrap();
     let [low, high] = cloth(&source).textures[0].texture.range();
     assert!((low + 0.3).abs() < 1e-6 && (high - 0.1).abs() < 1e-6, "{low} to {high}");
@@ -73,7 +73,7 @@ fn range_is_that_of_the_numbers_in_the_picture() {
 #[test]
 fn colours_are_decoded_and_numbers_are_not() {
     let yarn = r#"{"color": {"image": "a.png", "mm": [1, 1]}, "opacity": {"image": "a.png", "mm": [1, 1], "range": [0, 1]}}"#;
-    let image = png(RgbImage::from_pixel(1, 1, Rgb([188; 3])).into());
+    let image = png(&RgbImage::from_pixel(1, 1, Rgb([188; 3])).into());
     let source = read(&[("a.json", with(yarn).as_bytes()), ("a.png", &image)]).unwrap();
     let cloth = cloth(&source);
     assert!((cloth.yarns[0].color[1] - 0.5).abs() < 5e-3, "{:?}", cloth.yarns[0].color);
