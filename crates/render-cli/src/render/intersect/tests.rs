@@ -421,7 +421,7 @@ fn many_rays_at_once_find_what_each_finds() {
                     (ray, [f32::INFINITY, t.next_up(), t, f32::NAN][index % 4])
                 })
                 .collect();
-            let accept = |hit: &Hit| hit.triangle % 3 > 0;
+            let accept = |hit: &Hit| !hit.triangle.is_multiple_of(3);
             let found = segments.chunks(at_once).flat_map(|segments| {
                 geometry.occluded_all_where(segments, 0.0, |_, hit| accept(hit))
             });
