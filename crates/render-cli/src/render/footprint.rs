@@ -49,12 +49,15 @@ impl Footprint {
     /// `square` in [0, 1)² turns and shifts the pattern. When it is uniform, each point by itself has the
     /// distribution of the beam.
     pub fn new(centre: Vec2, [a, b]: [Vec2; 2], cells: DVec2, square: Vec2) -> Self {
-        let count = if cells.max_element() < WIDE { POINTS } else { MOST_POINTS };
-        let mut places = [centre.as_dvec2(); MOST_POINTS];
-        for (place, point) in places.iter_mut().zip(gaussian_points(square, count)) {
-            *place += (a * point.x + b * point.y).as_dvec2();
+        let centre = centre.as_dvec2();
+        let place = |point: Vec2| centre + (a * point.x + b * point.y).as_dvec2();
+        let mut places = [DVec2::ZERO; MOST_POINTS];
+        if cells.max_element() < WIDE {
+            places[..POINTS].copy_from_slice(&gaussian_points::<POINTS>(square).map(place));
+            Self { places, count: POINTS }
+        } else {
+            Self { places: gaussian_points(square).map(place), count: MOST_POINTS }
         }
-        Self { places, count }
     }
 
     /// Forgets the points that are not cloth, but in a gap; where all are, `centre` stands for them.
@@ -103,13 +106,13 @@ pub fn axes(point: &SurfacePoint, beam: &Beam, distance: f32) -> [Vec2; 2] {
     })
 }
 
-/// So many points of a Gaussian of standard deviation 1: stratified in the radius, a golden angle apart
+/// Points of a Gaussian of standard deviation 1: stratified in the radius, a golden angle apart
 /// (Vogel 1979). Each by itself is distributed exactly so when `square` is uniform.
-fn gaussian_points(square: Vec2, count: usize) -> impl Iterator<Item = Vec2> {
+fn gaussian_points<const COUNT: usize>(square: Vec2) -> [Vec2; COUNT] {
     let golden = Vec2::from_angle(TAU * 0.618_034);
     let mut angle = Vec2::from_angle(TAU * square.y);
-    (0..count).map(move |k| {
-        let share = (k as f32 + square.x) / count as f32;
+    std::array::from_fn(|k| {
+        let share = (k as f32 + square.x) / COUNT as f32;
         let point = angle * (-2.0 * (1.0 - share).ln()).sqrt();
         angle = golden.rotate(angle);
         point
@@ -129,7 +132,7 @@ mod tests {
         let mut mean = Vec2::ZERO;
         for k in 0..n * n {
             let square = (Vec2::new((k % n) as f32, (k / n) as f32) + 0.5) / n as f32;
-            for point in gaussian_points(square, 8) {
+            for point in gaussian_points::<8>(square) {
                 mean += point / (8 * n * n) as f32;
                 variance += point * point / (8 * n * n) as f32;
             }

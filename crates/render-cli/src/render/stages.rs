@@ -16,11 +16,11 @@ pub enum Stage {
     NextHit,
     /// The surface there, its material and the beam's footprint on it.
     Surface,
-    /// A light, drawn at random.
+    /// A direction to each of the lights.
     Light,
-    /// What the surface scatters of it.
+    /// What the surface scatters of each.
     Scattering,
-    /// Whether something shades it.
+    /// Whether something shades the one that is chosen.
     Shadow,
     /// The way on.
     Bounce,

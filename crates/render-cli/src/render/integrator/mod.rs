@@ -1,10 +1,10 @@
 //! Light that arrives along rays: unidirectional path tracing.
 //!
-//! At each surface every light is sampled, one of them is looked for behind what is in the way, and the
+//! At each surface lights are sampled, one of them is looked for behind what is in the way, and the
 //! path goes on in a direction drawn by the cosine or, at cloth, nearly in proportion to what it
 //! reflects. Lights are found both ways, and each counts as much as it is likely to find them (Veach 1997,
-//! section 9.2.2), so that neither a narrow highlight nor a near light is noisy. Paths end by chance (Russian roulette), which biases
-//! nothing, or at the scene's depth.
+//! section 9.2.2), so that neither a narrow highlight nor a near light is noisy. Paths end by chance
+//! (Russian roulette), which biases nothing, or at the scene's depth.
 //!
 //! Many paths go on side by side, from surface to surface, so that cloth is asked about many places at
 //! once: that takes a fraction of the time of one place after the other. No path depends on its

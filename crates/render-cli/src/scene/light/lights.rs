@@ -8,12 +8,14 @@ use super::{
 /// Most lights that a point looks at.
 const MOST_DRAWN: usize = 8;
 
-/// Lights, of which a point looks at all or at so many as [`MOST_DRAWN`], chosen by their power.
+/// Lights, of which a point looks at all or at some, chosen by their power.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Lights {
     lights: Vec<Light>,
     /// Of their powers.
     sums: Vec<u32>,
+    /// How many are chosen; `None` if all are looked at.
+    chosen: Option<usize>,
 }
 
 impl Lights {
@@ -24,8 +26,15 @@ impl Lights {
             // What is too bright for a number is still brightest; what is not a number shines not.
             if power > 0.0 { f64::from(power.min(f32::MAX)) } else { 0.0 }
         });
-        let sums = running_sums(weights).collect();
-        Self { lights, sums }
+        let sums: Vec<u32> = running_sums(weights).collect();
+        let shining = (0..lights.len()).filter(|&index| probability(&sums, index) > 0.0).count();
+        let chosen = match shining {
+            // To look at both takes a fifth more time and an eighth off the variance.
+            2 => Some(1),
+            0..=MOST_DRAWN => None,
+            _ => Some(MOST_DRAWN),
+        };
+        Self { lights, sums, chosen }
     }
 
     /// All of them.
@@ -33,16 +42,16 @@ impl Lights {
         &self.lights
     }
 
-    /// The lights that a point looks at, by index: all that shine, or [`MOST_DRAWN`] of them, some twice,
-    /// chosen by the number that `xi` returns, in [0, 1), which is asked for in this case alone.
+    /// The lights that a point looks at, by index: all that shine of up to [`MOST_DRAWN`], so many of more,
+    /// some twice, and one of two. A choice is by power, and by the number that `xi` returns, in [0, 1), which
+    /// is asked for then alone.
     pub fn draw(&self, xi: impl FnOnce() -> f32) -> impl Iterator<Item = usize> {
-        let is_choice = self.lights.len() > MOST_DRAWN;
-        let xi = if is_choice { xi() } else { 0.0 };
-        let count = if is_choice { MOST_DRAWN } else { self.lights.len() };
+        let xi = if self.chosen.is_some() { xi() } else { 0.0 };
+        let count = self.chosen.unwrap_or(self.lights.len());
         (0..count).filter_map(move |k| {
-            if is_choice {
+            if self.chosen.is_some() {
                 // Below 1 after rounding, too.
-                let xi = ((k as f32 + xi) / MOST_DRAWN as f32).min(1.0 - f32::EPSILON);
+                let xi = ((k as f32 + xi) / count as f32).min(1.0 - f32::EPSILON);
                 choose(&self.sums, xi).map(|choice| choice.index)
             } else {
                 (self.expected(k) > 0.0).then_some(k)
@@ -57,10 +66,9 @@ impl Lights {
     /// When there is no such light.
     pub fn expected(&self, index: usize) -> f32 {
         let probability = probability(&self.sums, index) as f32;
-        if self.lights.len() > MOST_DRAWN {
-            MOST_DRAWN as f32 * probability
-        } else {
-            f32::from(u8::from(probability > 0.0))
+        match self.chosen {
+            Some(count) => count as f32 * probability,
+            None => f32::from(u8::from(probability > 0.0)),
         }
     }
 }
@@ -88,6 +96,17 @@ mod tests {
         let drawn: Vec<_> = lights.draw(|| panic!("there is no choice")).collect();
         assert_eq!(drawn, [0, 1, 3]);
         assert_eq!([0, 1, 2, 3].map(|index| lights.expected(index)), [1.0, 1.0, 0.0, 1.0]);
+    }
+
+    #[test]
+    fn one_of_two_lights_is_chosen_by_its_power() {
+        let lights = Lights::new(lights()[..3].to_vec(), 1.0);
+        let part = 1.0 / (1.0 + std::f32::consts::PI);
+        for (index, expected) in [part, 1.0 - part, 0.0].into_iter().enumerate() {
+            assert!((lights.expected(index) - expected).abs() < 1e-6, "{index}");
+        }
+        let drawn = |xi| lights.draw(|| xi).collect::<Vec<_>>();
+        assert_eq!([0.0, part - 0.01, part + 0.01].map(drawn), [[0], [0], [1]]);
     }
 
     #[test]
