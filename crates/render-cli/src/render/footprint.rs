@@ -31,12 +31,12 @@ pub struct Footprint {
 /// Most points of a footprint.
 pub const MOST_POINTS: usize = 8;
 
-/// Points of a footprint that is narrower than [`WIDE`]. There twice as many take a tenth off the noise
-/// at most, and half as much time again.
+/// Points of a footprint that is narrower than [`WIDE`]. There twice as many take a twentieth off the
+/// noise at most.
 pub const POINTS: usize = 4;
 
 /// Standard deviation of the footprint, in cells, from which it has [`MOST_POINTS`]: it holds several
-/// threads, and twice as many points take a third off the noise for a fifth of the time.
+/// threads, and twice as many points take three tenths off the noise for a ninth more time.
 const WIDE: f64 = 0.35;
 
 /// Cosine between beam and normal below which a footprint does not grow any longer.
