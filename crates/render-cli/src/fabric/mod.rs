@@ -300,8 +300,8 @@ impl FabricSource {
     }
 
     /// A hash of all that makes the cloth, FNV-1a with 64 bits: of the draft in its canonical form and,
-    /// after a zero byte, of the fabric in JSON and of the bytes of its pictures. Whatever else stands in the files, their names and
-    /// comments, changes nothing.
+    /// after a zero byte, of the fabric in JSON and of the bytes of its pictures. Whatever else stands in
+    /// the files, their names and comments, changes nothing.
     ///
     /// # Errors
     ///

@@ -44,7 +44,8 @@ const GRAZING: f32 = 0.1;
 
 impl Footprint {
     /// Points about `centre`, uv in metres, where a beam arrives that has these [`axes`] there: spread like
-    /// its profile, no two close together. It is as wide as `cells`, standard deviations along u and v.
+    /// its profile, no two close together. `cells` are its standard deviations along weft and warp, in cells
+    /// of the draft.
     ///
     /// `square` in [0, 1)² turns and shifts the pattern. When it is uniform, each point by itself has the
     /// distribution of the beam.
@@ -143,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn wide_footprints_have_more_points_of_the_same_spread() {
+    fn wide_footprints_have_more_points() {
         let count = |cells: DVec2| {
             let axes = [0.1 * Vec2::X, 0.1 * Vec2::Y];
             let footprint = Footprint::new(Vec2::ONE, axes, cells, Vec2::splat(0.3));

@@ -16,9 +16,9 @@ pub enum Stage {
     NextHit,
     /// The surface there, its material and the beam's footprint on it.
     Surface,
-    /// A direction to each of the lights.
+    /// A direction to each of the lights that a point looks at.
     Light,
-    /// What the surface scatters of each.
+    /// What the surface scatters of the light of each.
     Scattering,
     /// Whether something shades the one that is chosen.
     Shadow,

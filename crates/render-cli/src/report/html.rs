@@ -2,9 +2,8 @@
 
 use std::fmt::Write;
 
-use base64::{Engine, prelude::BASE64_STANDARD};
-
 use super::{Block, Check, Figure, Report, Table, plot::escaped};
+use crate::data_uri;
 
 /// The page.
 pub(super) fn page(report: &Report) -> String {
@@ -80,8 +79,8 @@ fn picture(figure: &Figure) -> String {
     let [width, height] = size.map(|side| scale * side);
     format!(
         "<figure><img width=\"{width}\" height=\"{height}\" alt=\"{caption}\" \
-         src=\"data:image/png;base64,{}\">\n<figcaption>{caption}</figcaption></figure>\n",
-        BASE64_STANDARD.encode(png)
+         src=\"{}\">\n<figcaption>{caption}</figcaption></figure>\n",
+        data_uri::encode("image/png", png)
     )
 }
 

@@ -230,7 +230,7 @@ pub(super) fn load(all: Vec<Found>, origin: Origin<'_>) -> Result<Vec<FabricImag
                     }
                 };
                 let size = DVec2::from(written.mm) * 1e-3;
-                (bytes.into(), written, Arc::new(Pattern { picture, size, meaning }))
+                (bytes.into(), written, Arc::new(Pattern::new(picture, size, meaning)))
             }
         };
         images.push(FabricImage { place, written, bytes, texture });
@@ -350,6 +350,22 @@ struct Pattern {
     /// Of one repeat, m.
     size: DVec2,
     meaning: Meaning,
+    /// Of its values.
+    range: [f32; 2],
+}
+
+impl Pattern {
+    fn new(picture: Arc<MipTexture>, size: DVec2, meaning: Meaning) -> Self {
+        let range = match meaning {
+            Meaning::Color => [0.0, 1.0],
+            Meaning::Number([black, white]) => {
+                let shares = picture.extremes().map(|extreme| extreme.clamp(0.0, 1.0));
+                let [a, b] = shares.map(|share| black + (white - black) * share);
+                [a.min(b), a.max(b)]
+            }
+        };
+        Self { picture, size, meaning, range }
+    }
 }
 
 impl Texture for Pattern {
@@ -363,17 +379,14 @@ impl Texture for Pattern {
         match self.meaning {
             Meaning::Color => value.to_array(),
             Meaning::Number([black, white]) => {
-                let [low, high] = self.range();
+                let [low, high] = self.range;
                 [(black + (white - black) * luminance(value)).clamp(low, high); 3]
             }
         }
     }
 
     fn range(&self) -> [f32; 2] {
-        let Meaning::Number([black, white]) = self.meaning else { return [0.0, 1.0] };
-        let shares = self.picture.extremes().map(|extreme| extreme.clamp(0.0, 1.0));
-        let [a, b] = shares.map(|share| black + (white - black) * share);
-        [a.min(b), a.max(b)]
+        self.range
     }
 }
 

@@ -6,7 +6,7 @@ use super::vertex::{Lit, Lobes};
 
 /// The share of the choice among lights that is even, whatever they bring: where the one that brings most
 /// is in the shadow, another one has to be looked at. Of six equal lights in sight, a tenth of it would take
-/// 6 % off the noise; none at all makes a shadow that a faint light fills ten times as noisy.
+/// 6 % off the noise.
 const EVEN: f32 = 0.25;
 
 /// What weighs more is as good as this: the sum of a few is a number.

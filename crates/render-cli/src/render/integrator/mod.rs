@@ -30,8 +30,9 @@ use crate::scene::Scene;
 /// twice the noise on the floor and saves a tenth of the time.
 const SURE_VERTICES: u32 = 4;
 
-/// Numbers that a path most likely takes at a surface: for the footprint, a light and the way on.
-const VERTEX: u32 = 9;
+/// Numbers that a path most likely takes at a surface: for the footprint, the lights, the choice of one of them
+/// and the way on.
+const VERTEX: u32 = 10;
 
 /// Numbers that it takes from the film through its first surface.
 pub(super) const CAMERA_AND_VERTEX: u32 = 2 + VERTEX;
@@ -256,10 +257,10 @@ fn lights_ahead(
 /// How the lights are found that light surfaces.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Estimator {
-    /// By drawing one of them and by following bounces, each as much as it is likely to find them.
+    /// By drawing some of them and by following bounces, each as much as it is likely to find them.
     #[default]
     Both,
-    /// By drawing one of them; those that cannot be drawn by following bounces.
+    /// By drawing some of them; those that cannot be drawn by following bounces.
     Lights,
     /// By following bounces, which never find a light that comes from a single direction.
     Directions,

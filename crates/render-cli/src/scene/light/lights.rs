@@ -16,6 +16,8 @@ pub struct Lights {
     sums: Vec<u32>,
     /// How many are chosen; `None` if all are looked at.
     chosen: Option<usize>,
+    /// How often each of them is looked at on average.
+    expected: Vec<f32>,
 }
 
 impl Lights {
@@ -34,7 +36,15 @@ impl Lights {
             0..=MOST_DRAWN => None,
             _ => Some(MOST_DRAWN),
         };
-        Self { lights, sums, chosen }
+        let expected = |index| {
+            let probability = probability(&sums, index) as f32;
+            match chosen {
+                Some(count) => count as f32 * probability,
+                None => f32::from(u8::from(probability > 0.0)),
+            }
+        };
+        let expected = (0..lights.len()).map(expected).collect();
+        Self { lights, sums, chosen, expected }
     }
 
     /// All of them.
@@ -42,7 +52,7 @@ impl Lights {
         &self.lights
     }
 
-    /// The lights that a point looks at, by index: all that shine of up to [`MOST_DRAWN`], so many of more,
+    /// The lights that a point looks at, by index: all that shine of three to eight, eight of more,
     /// some twice, and one of two. A choice is by power, and by the number that `xi` returns, in [0, 1), which
     /// is asked for then alone.
     pub fn draw(&self, xi: impl FnOnce() -> f32) -> impl Iterator<Item = usize> {
@@ -65,11 +75,7 @@ impl Lights {
     ///
     /// When there is no such light.
     pub fn expected(&self, index: usize) -> f32 {
-        let probability = probability(&self.sums, index) as f32;
-        match self.chosen {
-            Some(count) => count as f32 * probability,
-            None => f32::from(u8::from(probability > 0.0)),
-        }
+        self.expected[index]
     }
 }
 
