@@ -52,21 +52,20 @@ fn scene(material: Material) -> Scene {
     Scene::new(surfaces, camera, lights, 4).unwrap()
 }
 
-/// Mean of a picture, and the deviation of that.
-fn mean(scene: &Scene) -> (DVec3, DVec3) {
+/// Mean of a picture of `spp` samples of a pixel, and the deviation of that.
+fn mean(scene: &Scene, spp: u32) -> (DVec3, DVec3) {
     const SIDE: u32 = 8;
-    const SPP: u32 = 256;
     let view = View::new(scene, Size::new(SIDE, SIDE).unwrap(), 5, false);
     let (mut mean, mut variance) = (DVec3::ZERO, DVec3::ZERO);
     let pixels = f64::from(SIDE * SIDE);
     for pixel in 0..SIDE * SIDE {
         let at = |index| view.expose([pixel % SIDE, pixel / SIDE], index).radiance.as_dvec3();
-        let samples: Vec<DVec3> = (0..SPP).map(at).collect();
-        let of_pixel = samples.iter().sum::<DVec3>() / f64::from(SPP);
+        let samples: Vec<DVec3> = (0..spp).map(at).collect();
+        let of_pixel = samples.iter().sum::<DVec3>() / f64::from(spp);
         let squares: DVec3 = samples.iter().map(|sample| (sample - of_pixel).powf(2.0)).sum();
         mean += of_pixel / pixels;
         // As of independent samples, of which these are evener.
-        variance += squares / f64::from(SPP * (SPP - 1)) / (pixels * pixels);
+        variance += squares / f64::from(spp * (spp - 1)) / (pixels * pixels);
     }
     (mean, variance.map(f64::sqrt))
 }
@@ -85,7 +84,7 @@ fn white_ball_in_a_white_sky_is_white() {
     let mut scene = Scene::new(surfaces, camera, lights, 4).unwrap();
     for estimator in [Estimator::Both, Estimator::Lights, Estimator::Directions] {
         scene.estimator = estimator;
-        let (found, deviation) = mean(&scene);
+        let (found, deviation) = mean(&scene, 1024);
         assert!(found.abs_diff_eq(DVec3::ONE, 2e-3), "{estimator:?}: {found} ± {deviation}");
     }
 }
@@ -147,10 +146,10 @@ fn estimators_agree_on_every_kind_of_cloth() {
         let source = fabric::read(format!("preset:{name}").as_ref()).unwrap();
         let cloth = source.cloth(&source.draft().drawdown().unwrap()).unwrap();
         let mut scene = scene(Material::cloth(source.shader(&cloth).unwrap()));
-        let (expected, deviation) = mean(&scene);
+        let (expected, deviation) = mean(&scene, 256);
         for estimator in [Estimator::Lights, Estimator::Directions] {
             scene.estimator = estimator;
-            let (found, other) = mean(&scene);
+            let (found, other) = mean(&scene, 256);
             let difference = (found - expected).abs();
             let bound = 4.0 * (deviation.powf(2.0) + other.powf(2.0)).map(f64::sqrt);
             assert!(

@@ -3,7 +3,7 @@
 use std::ptr;
 
 use glam::{DVec2, Vec3};
-use selvedge_yarn_brdf::{Batch, Draws, Lobes, Sample, Samples, Shader};
+use selvedge_yarn_brdf::{Batch, Draws, Lobes, Samples, Shader};
 
 use crate::render::{detail::Tier, footprint::POINTS};
 
@@ -31,6 +31,12 @@ pub(super) struct Scattering<'a> {
 }
 
 impl Scattering<'_> {
+    /// The density of the direction if any of the places may have drawn it, sr⁻¹.
+    #[inline]
+    pub(super) fn density(&self) -> f32 {
+        self.pdf.iter().sum::<f32>() / self.pdf.len() as f32
+    }
+
     /// The sums of both lobes, diffuse and specular, each place weighed by what `weight` makes of its
     /// density.
     #[inline]
@@ -155,14 +161,14 @@ impl<'a> ClothPoints<'a> {
         }
     }
 
-    /// Calls `each` with a direction drawn at each place, where there is one.
-    pub(super) fn samples(&self, tier: Tier, mut each: impl FnMut(usize, &Shader, DVec2, Sample)) {
+    /// Calls `each` with each place and a direction drawn there, if there is one.
+    pub(super) fn samples(&self, tier: Tier, mut each: impl FnMut(usize, DVec2, Vec3)) {
         for (shader, points) in &self.cloths {
             if tier != Tier::Batch {
                 for (k, &of) in points.of.iter().enumerate() {
                     let (place, xi) = (points.place(k), vector(&points.wi, k).to_array());
                     if let Some(sample) = shader.sample(place, vector(&points.wo, k), xi) {
-                        each(of, shader, place, sample);
+                        each(of, place, sample.wi);
                     }
                 }
                 continue;
@@ -180,9 +186,7 @@ impl<'a> ClothPoints<'a> {
                 .sample_batch(&Draws { uv, wo, xi, active }, samples)
                 .expect("all parts of a point are pushed together");
             for (k, &of) in points.of.iter().enumerate().filter(|&(k, _)| pdf[k] > 0.0) {
-                let uv = points.place(k);
-                let sample = Sample { wi: vector(&wi, k), weight: vector(&weight, k), pdf: pdf[k] };
-                each(of, shader, uv, sample);
+                each(of, points.place(k), vector(&wi, k));
             }
         }
     }

@@ -3,7 +3,7 @@
 //! At each surface lights are sampled, one of them is looked for behind what is in the way, and the
 //! path goes on in a direction drawn by the cosine or, at cloth, nearly in proportion to what it
 //! reflects. Lights are found both ways, and each counts as much as it is likely to find them (Veach 1997,
-//! section 9.2.2), so that neither a narrow highlight nor a near light is noisy. Paths end by chance
+//! section 9.2.3), so that neither a narrow highlight nor a near light is noisy. Paths end by chance
 //! (Russian roulette), which biases nothing, or at the scene's depth.
 //!
 //! Many paths go on side by side, from surface to surface, so that cloth is asked about many places at
@@ -158,7 +158,7 @@ fn advance(
     }
 
     let samples = arrived.iter_mut().map(|path| &mut path.sample);
-    let bounces = vertex::bounces(&met, samples, scene.tier, has_layers);
+    let bounces = vertex::bounces(&met, samples, scene);
     let on =
         arrived.into_iter().zip(&met).zip(bounces).filter_map(|((mut path, vertex), bounce)| {
             let bounce = bounce?;
@@ -267,10 +267,15 @@ pub enum Estimator {
 }
 
 /// The share of a direction that was found with the density `own` and might have been found with
-/// `other` (Veach 1997, section 9.2.2, the balance heuristic).
+/// `other`.
+///
+/// By the squares of both (Veach 1997, section 9.2.3, the power heuristic): where a lamp is small, drawing
+/// directions to it leaves almost no noise, and the few paths that run into it would bring most of it if they
+/// counted in proportion to their density, half of all on cloth over a ball.
 fn balance(own: f32, other: f32) -> f32 {
     // Not of both at once, which could overflow.
-    1.0 / (1.0 + other / own)
+    let ratio = other / own;
+    1.0 / (1.0 + ratio * ratio)
 }
 
 #[cfg(test)]

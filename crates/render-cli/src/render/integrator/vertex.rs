@@ -9,7 +9,6 @@ use selvedge_yarn_brdf::Shader;
 use super::{Estimator, balance, cloth::ClothPoints};
 use crate::{
     render::{
-        detail::Tier,
         exposure::{FirstHit, YarnSeen},
         footprint::{self, Beam, Footprint, MOST_POINTS},
         intersect::{Hit, Ray},
@@ -33,7 +32,7 @@ pub(super) struct Bounce {
     pub(super) weight: Vec3,
     /// With which the direction was chosen, sr⁻¹.
     pub(super) density: f32,
-    /// Of the weight, by the diffuse lobe; 0 if nobody asked.
+    /// Of the weight, by the diffuse lobe.
     pub(super) diffuse_share: Vec3,
 }
 
@@ -305,21 +304,26 @@ pub(super) fn scattering(vertices: &[Vertex<'_>], lit: &[Lit], scene: &Scene) ->
         }
     };
     let mut lobes: Vec<_> = lit.iter().enumerate().map(of_light).collect();
+    let are_pooled = are_pooled(scene);
     cloth.scattering(scene.tier, |index, places| {
         let count = places.pdf.len() as f32;
-        let [diffuse, other] = places.sums(|pdf| balance(lit[index].density, pdf) / count);
+        let found = lit[index].density;
+        let [diffuse, other] = if are_pooled {
+            let weight = balance(found, places.density()) / count;
+            places.sums(|_| weight)
+        } else {
+            places.sums(|pdf| balance(found, pdf) / count)
+        };
         lobes[index] = Lobes { diffuse, other };
     });
     lobes
 }
 
-/// A way on from each vertex, chosen by the numbers of its path; with the share of the diffuse lobe in
-/// it if `has_share`.
+/// A way on from each vertex, chosen by the numbers of its path.
 pub(super) fn bounces<'a>(
     vertices: &[Vertex<'_>],
     samples: impl Iterator<Item = &'a mut Sample>,
-    tier: Tier,
-    has_share: bool,
+    scene: &Scene,
 ) -> Vec<Option<Bounce>> {
     let mut cloth = ClothPoints::new(vertices.len());
     let mut bounces: Vec<_> = vertices
@@ -334,7 +338,6 @@ pub(super) fn bounces<'a>(
                 vertex.way_on(wi, *reflectance, density, Vec3::ONE)
             }
             Scatterer::Cloth(shader, footprint) => {
-                // One point stands for all: its own density follows it more closely than theirs.
                 let place = footprint.pick(sample.next_1d());
                 let choice = sample.next_1d();
                 let square = sample.next_2d();
@@ -347,12 +350,8 @@ pub(super) fn bounces<'a>(
                 let square = sample.next_2d();
                 let numbers = [choice, square.x, square.y];
                 let drawn = shader.far_sample(footprint, vertex.wo, numbers)?;
-                let share = if has_share {
-                    let f = shader.far_eval_lobes(footprint, drawn.wi, vertex.wo);
-                    Lobes { diffuse: f.diffuse, other: f.specular }.diffuse_share()
-                } else {
-                    Vec3::ZERO
-                };
+                let f = shader.far_eval_lobes(footprint, drawn.wi, vertex.wo);
+                let share = Lobes { diffuse: f.diffuse, other: f.specular }.diffuse_share();
                 vertex.way_on(drawn.wi, drawn.weight / *cover, drawn.pdf, share)
             }
             Scatterer::Standard(point) => {
@@ -365,17 +364,39 @@ pub(super) fn bounces<'a>(
             }
         })
         .collect();
-    cloth.samples(tier, |index, shader, place, drawn| {
+    // Any of the places might have drawn the direction, so all of them are asked what they scatter there:
+    // that takes up to half the noise off what is found along it.
+    let mut drawn = Vec::with_capacity(vertices.len());
+    let mut all = ClothPoints::new(vertices.len() * MOST_POINTS);
+    let are_pooled = are_pooled(scene);
+    cloth.samples(scene.tier, |index, place, wi| {
         let vertex = &vertices[index];
-        let share = if has_share {
-            let f = shader.eval_lobes(place, drawn.wi, vertex.wo);
-            Lobes { diffuse: f.diffuse, other: f.specular }.diffuse_share()
-        } else {
-            Vec3::ZERO
-        };
-        bounces[index] = vertex.way_on(drawn.wi, drawn.weight, drawn.pdf, share);
+        if let Scatterer::Cloth(shader, footprint) = &vertex.scatterer {
+            if are_pooled {
+                all.push(drawn.len(), shader, footprint.some(0, MOST_POINTS), [wi, vertex.wo]);
+            } else {
+                all.push(drawn.len(), shader, iter::once(place), [wi, vertex.wo]);
+            }
+            drawn.push((index, wi));
+        }
+    });
+    all.scattering(scene.tier, |which, places| {
+        let (index, wi) = drawn[which];
+        let density = places.density();
+        if density > 0.0 {
+            let [diffuse, other] =
+                places.sums(|_| wi.z.abs() / (density * places.pdf.len() as f32));
+            let share = Lobes { diffuse, other }.diffuse_share();
+            bounces[index] = vertices[index].way_on(wi, diffuse + other, density, share);
+        }
     });
     bounces
+}
+
+/// Whether all places of a vertex look at the same light, and the density of a direction is the mean over
+/// them. Where they share out several lights between them, each goes by its own.
+fn are_pooled(scene: &Scene) -> bool {
+    scene.lights.looked_at() <= 1
 }
 
 /// The surface at `hit`. Where the shading normal says that `wo_world` looks at the other side than

@@ -52,6 +52,12 @@ impl Lights {
         &self.lights
     }
 
+    /// How many a point looks at, at most.
+    pub fn looked_at(&self) -> usize {
+        self.chosen
+            .unwrap_or_else(|| self.expected.iter().filter(|&&expected| expected > 0.0).count())
+    }
+
     /// The lights that a point looks at, by index: all that shine of three to eight, eight of more,
     /// some twice, and one of two. A choice is by power, and by the number that `xi` returns, in [0, 1), which
     /// is asked for then alone.

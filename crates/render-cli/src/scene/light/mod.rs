@@ -3,7 +3,7 @@
 //! A light is found in two ways: [`Light::sample`] draws a direction to it, and [`Light::ahead`]
 //! tells what it adds along a direction that was chosen for another reason, with the density that
 //! `sample` has for that direction. Both agree, so the two ways can be weighed against each other
-//! (Veach 1997, section 9.2.2). No light casts a shadow.
+//! (Veach 1997, section 9.2). No light casts a shadow.
 
 mod cone;
 mod distant;
