@@ -196,9 +196,11 @@ pub(crate) fn i0e<R: Single>(x: R) -> R {
     let low = x.lt(x.splat(7.0));
     let d = quintic(x, D.map(|d| x.splat(d)));
     let r = x.one() / R::select(low, d, x);
-    let p = quintic(
-        R::select(low, x, r),
-        core::array::from_fn(|k| R::select(low, x.splat(N[k]), x.splat(P[k]))),
-    );
+    // Not `array::from_fn`, which is compiled on its own, without the instructions of the caller.
+    let mut coefficients = N.map(|n| x.splat(n));
+    for (coefficient, p) in coefficients.iter_mut().zip(P) {
+        *coefficient = R::select(low, *coefficient, x.splat(p));
+    }
+    let p = quintic(R::select(low, x, r), coefficients);
     p * R::select(low, r, r.sqrt())
 }
