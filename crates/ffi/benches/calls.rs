@@ -4,12 +4,12 @@
 //! `cargo bench -p selvedge-ffi`
 
 use std::hint::black_box;
-use std::ptr;
 use std::time::Instant;
+use std::{array, ptr};
 
 use glam::{DVec2, Vec3};
 use selvedge::*;
-use selvedge_yarn_brdf::{Batch, Fabric as Yarns, Lobes, Thread, Weave};
+use selvedge_yarn_brdf::{Batch, Draws, Fabric as Yarns, Lobes, Samples, Thread, Weave};
 
 const POINTS: usize = 1024;
 const RUNS: usize = 400;
@@ -21,121 +21,241 @@ fn main() {
     let cloth = Yarns::default().cloth(weave.expect("64 crossings"), &[thread; 8], &[thread; 8]);
     let rust = cloth.and_then(|cloth| cloth.prepare()).expect("the default fabric is valid");
     let c = shader(&warp_up);
+    let points: Vec<Point> = (0..POINTS).map(Point::of).collect();
+    println!("ns per point, least of {RUNS} runs over {POINTS} points");
+    one_by_one(&rust, c, &points);
+    at_once(&rust, c, &points);
+    // SAFETY: made by `shader`.
+    unsafe { selvedge_shader_free(c) };
+}
 
-    let turn = |i: usize, by: f64| (i as f64 * by).fract();
-    let uv: Vec<[f64; 2]> =
-        (0..POINTS).map(|i| [0.03 * turn(i, 0.618_034), 0.03 * turn(i, 0.754_878)]).collect();
-    let directions: Vec<[f32; 3]> = (0..2 * POINTS)
-        .map(|i| {
+struct Point {
+    uv: [f64; 2],
+    wi: [f32; 3],
+    wo: [f32; 3],
+    xi: [f32; 3],
+}
+
+impl Point {
+    /// Somewhere on the cloth, with directions in front of it.
+    fn of(i: usize) -> Self {
+        let turn = |i: usize, by: f64| (i as f64 * by).fract();
+        let direction = |i: usize| {
             let (sin, cos) = (std::f64::consts::TAU * turn(i, 0.569_840)).sin_cos();
             let z = 0.1 + 0.9 * turn(i, 0.819_173);
             let r = (1.0 - z * z).sqrt();
             [r * cos, r * sin, z].map(|x| x as f32)
-        })
-        .collect();
-    let (wi, wo) = directions.split_at(POINTS);
+        };
+        Self {
+            uv: [0.03 * turn(i, 0.618_034), 0.03 * turn(i, 0.754_878)],
+            wi: direction(i),
+            wo: direction(POINTS + i),
+            xi: [0.671_044, 0.450_350, 0.302_233].map(|by| turn(i, by) as f32),
+        }
+    }
+}
+
+fn one_by_one(rust: &selvedge_yarn_brdf::Shader, c: *const Shader, points: &[Point]) {
+    let (mut of_rust, mut of_c) = (f64::MAX, f64::MAX);
     let mut f = vec![[0.0_f32; 3]; POINTS];
     let mut g = f.clone();
-    let each = |component: &[[f32; 3]]| Vectors {
-        component: [0, 1, 2].map(|k| component.as_ptr().cast::<f32>().wrapping_add(k)),
-        stride: 12,
-    };
-    let nothing = Vectors { component: [ptr::null(); 3], stride: 0 };
-    let points = Points {
-        struct_size: size_of::<Points>(),
-        count: POINTS,
-        uv: Positions {
-            component: [0, 1].map(|k| uv.as_ptr().cast::<f64>().wrapping_add(k)),
-            stride: 16,
-        },
-        wi: each(wi),
-        wo: each(wo),
-        xi: nothing,
-        footprint: Numbers { values: ptr::null(), stride: 0 },
-        active: Flags { values: ptr::null(), stride: 0 },
-        lobes: 0,
-        sides: 0,
-    };
-    let to = VectorsOut {
-        component: [0, 1, 2].map(|k| g.as_mut_ptr().cast::<f32>().wrapping_add(k)),
-        stride: 12,
-    };
-
-    // The same points, component by component.
-    let plane = |of: &[[f32; 3]], k: usize| of.iter().map(|w| w[k]).collect::<Vec<_>>();
-    let [u, v] = [0, 1].map(|k| uv.iter().map(|uv| uv[k]).collect::<Vec<_>>());
-    let (wi_planes, wo_planes) = ([0, 1, 2].map(|k| plane(wi, k)), [0, 1, 2].map(|k| plane(wo, k)));
-    let mut planes = [(); 3].map(|()| vec![0.0_f32; POINTS]);
-    let in_planes = |planes: &[Vec<f32>; 3]| Vectors {
-        component: planes.each_ref().map(Vec::as_ptr),
-        stride: 4,
-    };
-    let apart = Points {
-        uv: Positions { component: [u.as_ptr(), v.as_ptr()], stride: 8 },
-        wi: in_planes(&wi_planes),
-        wo: in_planes(&wo_planes),
-        ..points
-    };
-    let to_apart = VectorsOut { component: planes.each_mut().map(Vec::as_mut_ptr), stride: 4 };
-    let batch = Batch {
-        uv: [&u, &v],
-        wi: wi_planes.each_ref().map(Vec::as_slice),
-        wo: wo_planes.each_ref().map(Vec::as_slice),
-        active: None,
-    };
-    let mut of_planes = [(); 3].map(|()| vec![0.0_f32; POINTS]);
-
-    let (mut of_rust, mut of_batch, mut of_single) = (f64::MAX, f64::MAX, f64::MAX);
-    let (mut of_rust_batch, mut of_apart) = (f64::MAX, f64::MAX);
     for _ in 0..RUNS {
         time(&mut of_rust, || {
-            for i in 0..POINTS {
-                let Lobes { specular, diffuse } = black_box(&rust).eval_lobes(
-                    DVec2::from(uv[i]),
-                    Vec3::from(wi[i]),
-                    Vec3::from(wo[i]),
-                );
-                f[i] = (specular + diffuse).into();
+            for (f, Point { uv, wi, wo, .. }) in f.iter_mut().zip(points) {
+                let (uv, wi, wo) = (DVec2::from(*uv), Vec3::from(*wi), Vec3::from(*wo));
+                let Lobes { specular, diffuse } = black_box(rust).eval_lobes(uv, wi, wo);
+                *f = (specular + diffuse).into();
             }
             black_box(&mut f);
         });
-        time(&mut of_batch, || {
-            // SAFETY: the arrays have as many points.
-            let status = unsafe {
-                selvedge_shader_eval_batch(c, &raw const points, ptr::null_mut(), 0, &raw const to)
-            };
-            assert_eq!(black_box(status), Status::Ok);
-        });
-        time(&mut of_apart, || {
-            let (points, to) = (&raw const apart, &raw const to_apart);
-            // SAFETY: the arrays have as many points.
-            let status = unsafe { selvedge_shader_eval_batch(c, points, ptr::null_mut(), 0, to) };
-            assert_eq!(black_box(status), Status::Ok);
-        });
-        time(&mut of_rust_batch, || {
-            let to = of_planes.each_mut().map(Vec::as_mut_slice);
-            black_box(&rust).eval_batch(&batch, to).expect("all are equally long");
-        });
-        time(&mut of_single, || {
-            for i in 0..POINTS {
+        time(&mut of_c, || {
+            for (g, Point { uv, wi, wo, .. }) in g.iter_mut().zip(points) {
+                let (uv, wi, wo) = (uv.as_ptr(), wi.as_ptr(), wo.as_ptr());
                 // SAFETY: the shader lives, and the arrays have two and three numbers.
-                unsafe {
-                    let (uv, wi, wo) = (uv[i].as_ptr(), wi[i].as_ptr(), wo[i].as_ptr());
-                    selvedge_shader_eval(black_box(c), uv, 0.0, wi, wo, f[i].as_mut_ptr());
+                unsafe { selvedge_shader_eval(black_box(c), uv, 0.0, wi, wo, g.as_mut_ptr()) };
+            }
+            black_box(&mut g);
+        });
+    }
+    assert_eq!(f, g, "Rust and C differ");
+    println!("eval, one by one: Rust {of_rust:.1}, C {of_c:.1} ({:+.1} ns)", of_c - of_rust);
+}
+
+/// Where something lies, in `f32`s: that of the first point, and on to the next component and point.
+#[derive(Clone, Copy)]
+struct Place(usize, usize, usize);
+
+/// Distance of arrays, a bit more than a page, as if each were allocated by itself.
+const APART: usize = POINTS + 16;
+
+/// Where uv (two `f32`s each), wi, wo and xi lie, and where wi, weight or f, and pdf go.
+const LAYOUTS: [(&str, [Place; 7]); 3] = [
+    (
+        "structures of arrays",
+        [
+            Place(0, 2 * APART, 2),
+            Place(4 * APART, APART, 1),
+            Place(7 * APART, APART, 1),
+            Place(10 * APART, APART, 1),
+            Place(13 * APART, APART, 1),
+            Place(16 * APART, APART, 1),
+            Place(19 * APART, APART, 1),
+        ],
+    ),
+    (
+        "arrays of vectors",
+        [
+            Place(0, 2, 4),
+            Place(4 * APART, 1, 3),
+            Place(7 * APART, 1, 3),
+            Place(10 * APART, 1, 3),
+            Place(13 * APART, 1, 3),
+            Place(16 * APART, 1, 3),
+            Place(19 * APART, 1, 1),
+        ],
+    ),
+    (
+        "arrays of structures",
+        [
+            Place(0, 2, 14),
+            Place(4, 1, 14),
+            Place(7, 1, 14),
+            Place(10, 1, 14),
+            Place(14 * APART, 1, 7),
+            Place(14 * APART + 3, 1, 7),
+            Place(14 * APART + 6, 1, 7),
+        ],
+    ),
+];
+
+/// Memory in which points lie in one of these layouts.
+struct Memory {
+    of: [Place; 7],
+    words: Vec<f32>,
+}
+
+impl Memory {
+    fn new(of: [Place; 7], points: &[Point]) -> Self {
+        let mut words = vec![0.0; 21 * APART];
+        for (i, point) in points.iter().enumerate() {
+            for (k, uv) in point.uv.iter().enumerate() {
+                let bits = uv.to_ne_bytes();
+                let at = of[0].0 + of[0].1 * k + of[0].2 * i;
+                for (word, bytes) in words[at..].iter_mut().zip(bits.as_chunks::<4>().0) {
+                    *word = f32::from_ne_bytes(*bytes);
                 }
             }
-            black_box(&mut f);
+            for (Place(first, next, step), w) in of[1..].iter().zip([point.wi, point.wo, point.xi])
+            {
+                for (k, x) in w.into_iter().enumerate() {
+                    words[first + next * k + step * i] = x;
+                }
+            }
+        }
+        Self { of, words }
+    }
+
+    fn points(&self) -> Points {
+        let [uv, wi, wo, xi, ..] = self.of;
+        let start = self.words.as_ptr();
+        let vectors = |Place(first, next, step): Place| Vectors {
+            component: [0, 1, 2].map(|k| start.wrapping_add(first + next * k)),
+            stride: 4 * step as isize,
+        };
+        Points {
+            struct_size: size_of::<Points>(),
+            count: POINTS,
+            uv: Positions {
+                component: [0, 1].map(|k| start.wrapping_add(uv.0 + uv.1 * k).cast()),
+                stride: 4 * uv.2 as isize,
+            },
+            wi: vectors(wi),
+            wo: vectors(wo),
+            xi: vectors(xi),
+            footprint: Numbers { values: ptr::null(), stride: 0 },
+            active: Flags { values: ptr::null(), stride: 0 },
+            lobes: 0,
+            sides: 0,
+        }
+    }
+
+    /// Where wi and weight go, and the density.
+    fn outputs(&mut self) -> ([VectorsOut; 2], NumbersOut) {
+        let [.., wi, weight, pdf] = self.of;
+        let start = self.words.as_mut_ptr();
+        let vectors = |Place(first, next, step): Place| VectorsOut {
+            component: [0, 1, 2].map(|k| start.wrapping_add(first + next * k)),
+            stride: 4 * step as isize,
+        };
+        let pdf = NumbersOut { values: start.wrapping_add(pdf.0), stride: 4 * pdf.2 as isize };
+        ([wi, weight].map(vectors), pdf)
+    }
+
+    /// What has been found at point `i`.
+    fn found(&self, i: usize) -> [f32; 7] {
+        let [.., wi, weight, pdf] = self.of;
+        array::from_fn(|k| {
+            let Place(first, next, step) = [wi, weight, pdf][k / 3];
+            self.words[first + next * (k % 3) + step * i]
+        })
+    }
+}
+
+fn at_once(rust: &selvedge_yarn_brdf::Shader, c: *const Shader, points: &[Point]) {
+    let uv = [0, 1].map(|k| points.iter().map(|p| p.uv[k]).collect::<Vec<_>>());
+    let [wi, wo, xi] = [|p: &Point| p.wi, |p: &Point| p.wo, |p: &Point| p.xi]
+        .map(|of| [0, 1, 2].map(|k| points.iter().map(|p| of(p)[k]).collect::<Vec<_>>()));
+    let uv = uv.each_ref().map(Vec::as_slice);
+    let [wi, wo, xi] = [&wi, &wo, &xi].map(|of| of.each_ref().map(Vec::as_slice));
+    let batch = Batch { uv, wi, wo, active: None };
+    let draws = Draws { uv, wo, xi, active: None };
+    let mut planes: [Vec<f32>; 7] = array::from_fn(|_| vec![0.0; POINTS]);
+    let mut memories = LAYOUTS.map(|(_, of)| Memory::new(of, points));
+
+    for call in ["eval", "pdf", "sample"] {
+        let mut of_rust = f64::MAX;
+        let mut of_c = [f64::MAX; LAYOUTS.len()];
+        for _ in 0..RUNS {
+            let [x, y, z, r, g, b, pdf] = planes.each_mut().map(Vec::as_mut_slice);
+            time(&mut of_rust, || {
+                let (wi, weight) = ([x, y, z], [r, g, b]);
+                match call {
+                    "eval" => black_box(rust).eval_batch(&batch, weight),
+                    "pdf" => black_box(rust).pdf_batch(&batch, pdf),
+                    _ => black_box(rust).sample_batch(&draws, Samples { wi, weight, pdf }),
+                }
+                .expect("all are equally long");
+            });
+            for (memory, of_c) in memories.iter_mut().zip(&mut of_c) {
+                let points = memory.points();
+                let ([wi, weight], pdf) = memory.outputs();
+                let (points, wi, weight) = (&raw const points, &raw const wi, &raw const weight);
+                let (pdf, none) = (&raw const pdf, ptr::null_mut());
+                // SAFETY: there are as many points and places in the memory.
+                time(of_c, || unsafe {
+                    let status = match call {
+                        "eval" => selvedge_shader_eval_batch(c, points, none, 0, weight),
+                        "pdf" => selvedge_shader_pdf_batch(c, points, none, 0, pdf),
+                        _ => selvedge_shader_sample_batch(c, points, none, 0, wi, weight, pdf),
+                    };
+                    assert_eq!(black_box(status), Status::Ok);
+                });
+            }
+        }
+        for (memory, (name, _)) in memories.iter().zip(LAYOUTS) {
+            for i in 0..POINTS {
+                let expected: [f32; 7] = array::from_fn(|k| planes[k][i]);
+                // Where there is no sample, C has a unit vector.
+                let skipped = if expected[6] == 0.0 { 3 } else { 0 };
+                assert_eq!(memory.found(i)[skipped..], expected[skipped..], "{call}, {name}, {i}");
+            }
+        }
+        let compared = LAYOUTS.iter().zip(of_c).map(|((name, _), of_c)| {
+            format!("{name} {of_c:.2} ({:+.1} %)", 100.0 * (of_c / of_rust - 1.0))
         });
+        let compared: Vec<_> = compared.collect();
+        println!("{call}, at once: Rust {of_rust:.2}, C from {}", compared.join(", "));
     }
-    assert_eq!(f, g, "one by one and all at once differ");
-    println!("eval, ns per point, least of {RUNS} runs over {POINTS} points:");
-    println!("one by one: Rust {of_rust:.1}, C {of_single:.1} ({:+.1} ns)", of_single - of_rust);
-    for (layout, time) in [("structures of arrays", of_apart), ("arrays of structures", of_batch)] {
-        let more = 100.0 * (time / of_rust_batch - 1.0);
-        println!("at once: Rust {of_rust_batch:.2}, C from {layout} {time:.2} ({more:+.1} %)");
-    }
-    // SAFETY: made by `shader`.
-    unsafe { selvedge_shader_free(c) };
 }
 
 /// Keeps the least time of a point, ns.

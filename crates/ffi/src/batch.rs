@@ -7,10 +7,7 @@ use crate::point::drawn;
 use crate::points::Lobes;
 
 /// Points that are shaded together: enough to pay for the call, and few enough for the nearest cache.
-pub(crate) const BLOCK: usize = 512;
-
-/// One component of a vector, of each point.
-pub(crate) type Plane = [f32; BLOCK];
+pub(crate) const BLOCK: usize = 1024;
 
 /// Points by component: all slices are equally long.
 #[derive(Clone, Copy)]

@@ -1,15 +1,17 @@
 //! What a shader answers at many points at once.
 
+use std::array;
 use std::ffi::c_char;
 use std::ops::Range;
 
-use crate::batch::{self, BLOCK, Inputs, Outputs, Plane, Split};
+use crate::batch::{self, BLOCK, Inputs, Outputs, Split};
 use crate::memory::{self, Handshake};
 use crate::point::{YarnPoint, live};
 use crate::shader::Shader;
 use crate::status::{Failure, Message, Status};
 use crate::stream::{
-    Chosen, Flags, Numbers, NumbersOut, Positions, Reach, Vectors, VectorsOut, overlap, room,
+    Chosen, Flags, NOWHERE, Numbers, NumbersOut, Positions, Reach, Vectors, VectorsOut, overlap,
+    room, zeros,
 };
 use crate::{guard, non_null};
 
@@ -325,44 +327,47 @@ unsafe fn shade<const N: usize>(
             checked.push(output);
         }
         // Slices are written where they lie, but for those that something else may lie in.
-        let reaches: Vec<_> = checked.iter().map(|output| output.slices(count)).collect();
-        let inputs = points.reaches();
-        let is_direct: Vec<bool> = (0..N)
-            .map(|index| {
-                let others = reaches.iter().enumerate().filter(|(other, _)| *other != index);
-                let others: Vec<_> = others.flat_map(|(_, reach)| reach).chain(&inputs).collect();
-                let own = &reaches[index];
-                let is_apart = |own: &Reach| !others.iter().any(|other| overlap(*own, **other));
-                let is_alone = own
-                    .iter()
-                    .enumerate()
-                    .all(|(k, a)| !own[k + 1..].iter().any(|b| overlap(*a, *b)));
-                points.is_whole() && !own.is_empty() && is_alone && own.iter().all(is_apart)
-            })
-            .collect();
+        let mut reaches = [NOWHERE; 7];
+        for output in &checked {
+            output.set_reaches(count, &mut reaches[output.planes()]);
+        }
+        let (inputs, is_whole) = (points.reaches(), points.is_whole());
+        let is_alone: [bool; 7] = array::from_fn(|k| {
+            let own = reaches[k];
+            let others = reaches.iter().enumerate().filter(|(other, _)| *other != k);
+            let mut all = inputs.iter().chain(others.map(|(_, reach)| reach));
+            is_whole && own != NOWHERE && !all.any(|reach| overlap(own, *reach))
+        });
+        let is_direct = |output: &&Output| is_alone[output.planes()].iter().all(|&is| is);
         let is_scratch_free = points.lobes == Lobes::Both && !needs_second;
-        let is_all_direct = is_direct.iter().all(|&is| is) && points.are_slices();
+        let is_all_direct = checked.iter().all(|output| is_direct(&output)) && points.are_slices();
         let step = if is_scratch_free && is_all_direct { count.max(1) } else { BLOCK };
-        let mut scratch = ([[[0.0; BLOCK]; 3]; 2], [0.0; BLOCK]);
+        // Only what is used of it is filled: that takes as long as shading a few points.
+        let mut lengths = [0; 7];
+        for output in checked.iter().filter(|output| !is_direct(output)) {
+            lengths[output.planes()].fill(count.min(BLOCK));
+        }
+        if !is_scratch_free {
+            lengths[SECOND].fill(count.min(BLOCK));
+        }
+        let mut places = room();
+        let mut scratch = zeros(&mut places, lengths);
         let mut split = Split::new();
         // SAFETY: the caller vouches for the points and for as many places.
         unsafe {
             points.each_block(step, |first, inputs| {
                 let range = first..first + inputs.uv[0].len();
-                let (vectors, numbers) = &mut scratch;
-                let room = range.len().min(BLOCK);
-                let mut to = Outputs {
-                    vectors: vectors
-                        .each_mut()
-                        .map(|vector| vector.each_mut().map(|plane| &mut plane[..room])),
-                    numbers: &mut numbers[..room],
-                };
-                for output in checked.iter().zip(&is_direct).filter(|(_, is)| **is) {
-                    output.0.give(&range, &mut to);
+                let [a, b, c, d, e, f, numbers] = scratch.each_mut().map(|plane| {
+                    let length = range.len().min(plane.len());
+                    &mut plane[..length]
+                });
+                let mut to = Outputs { vectors: [[a, b, c], [d, e, f]], numbers };
+                for output in checked.iter().filter(is_direct) {
+                    output.give(&range, &mut to);
                 }
                 find(shader, &split.of(shader, inputs), to);
-                for output in checked.iter().zip(&is_direct).filter(|(_, is)| !**is) {
-                    output.0.scatter(first, inputs, &scratch);
+                for output in checked.iter().filter(|output| !is_direct(output)) {
+                    output.scatter(first, inputs, &scratch[output.planes()]);
                 }
             });
         }
@@ -430,12 +435,21 @@ impl Checked {
     }
 
     /// What the arrays that are looked at reach.
-    fn reaches(&self) -> Vec<Reach> {
+    fn reaches(&self) -> [Reach; 12] {
         let Points { count, uv, wi, wo, xi, footprint, .. } = self.points;
-        let used = self.uses.into_iter().zip([wi, wo, xi]).filter(|(used, _)| *used);
-        let vectors = used.flat_map(|(_, vectors)| vectors.reach(count));
-        let widths = self.has_footprint.then(|| footprint.reach(count));
-        uv.reach(count).into_iter().chain(vectors).chain(widths).collect()
+        let mut reaches = [NOWHERE; 12];
+        let (of_uv, rest) = reaches.split_at_mut(2);
+        of_uv.copy_from_slice(&uv.reach(count));
+        let (of_vectors, of_widths) = rest.as_chunks_mut();
+        for ((to, vectors), used) in of_vectors.iter_mut().zip([wi, wo, xi]).zip(self.uses) {
+            if used {
+                *to = vectors.reach(count);
+            }
+        }
+        if self.has_footprint {
+            of_widths[0] = footprint.reach(count);
+        }
+        reaches
     }
 
     /// Whether all that is looked at lies as in slices, without footprints, and each point counts.
@@ -503,6 +517,11 @@ impl Checked {
     }
 }
 
+/// The planes of what can be found at once: two vectors, and numbers.
+const FIRST: Range<usize> = 0..3;
+const SECOND: Range<usize> = 3..6;
+const NUMBERS: Range<usize> = 6..7;
+
 /// Where something found goes.
 enum Output {
     /// The vector of this number.
@@ -540,13 +559,29 @@ impl Output {
         }
     }
 
-    /// What it reaches, if it is as slices; else nothing.
-    fn slices(&self, count: usize) -> Vec<Reach> {
-        let slices = match self {
-            Self::Vectors(output, ..) => output.slices(count).map(Vec::from),
-            Self::Numbers(output, _) => output.slices(count).map(Vec::from),
-        };
-        slices.unwrap_or_default()
+    /// Its planes among all that can be found.
+    fn planes(&self) -> Range<usize> {
+        match self {
+            Self::Vectors(_, _, 0) => FIRST,
+            Self::Vectors(..) => SECOND,
+            Self::Numbers(..) => NUMBERS,
+        }
+    }
+
+    /// Sets what its planes reach, if they are as slices.
+    fn set_reaches(&self, count: usize, reaches: &mut [Reach]) {
+        match self {
+            Self::Vectors(output, ..) => {
+                if let Some(slices) = output.slices(count) {
+                    reaches.copy_from_slice(&slices);
+                }
+            }
+            Self::Numbers(output, _) => {
+                if let Some(slice) = output.slice(count) {
+                    reaches[0] = slice;
+                }
+            }
+        }
     }
 
     /// Has what is found in `range` written where it goes.
@@ -566,16 +601,17 @@ impl Output {
 
     /// # Safety
     ///
-    /// There are as many places as points, of which `inputs` has those from `first` on.
-    unsafe fn scatter(&self, first: usize, inputs: &Inputs<'_>, found: &([[Plane; 3]; 2], Plane)) {
+    /// There are as many places as points, of which `inputs` has those from `first` on, with what has been
+    /// `found` there.
+    unsafe fn scatter(&self, first: usize, inputs: &Inputs<'_>, found: &[&mut [f32]]) {
         let chosen = Chosen { first, count: inputs.uv[0].len(), active: inputs.active };
         // SAFETY: the caller vouches for the places.
         unsafe {
             match self {
-                Self::Vectors(output, _, number) => {
-                    output.scatter(&chosen, &found.0[*number]);
+                Self::Vectors(output, ..) => {
+                    output.scatter(&chosen, [&*found[0], &*found[1], &*found[2]]);
                 }
-                Self::Numbers(output, _) => output.scatter(&chosen, &found.1),
+                Self::Numbers(output, _) => output.scatter(&chosen, &*found[0]),
             }
         }
     }

@@ -2,9 +2,11 @@
 
 use std::mem::MaybeUninit;
 use std::ops::Range;
-use std::{array, ptr, slice};
+use std::{ptr, slice};
 
-use crate::batch::{BLOCK, Plane};
+use fearless_simd::{Level, dispatch};
+
+use crate::batch::BLOCK;
 use crate::status::Failure;
 
 /// Pairs of numbers, each component with a pointer of its own, so that both arrays of structures
@@ -204,7 +206,7 @@ impl VectorsOut {
     /// # Safety
     ///
     /// There are places for all points of `chosen` that are active.
-    pub(crate) unsafe fn scatter(&self, chosen: &Chosen<'_>, planes: &[Plane; 3]) {
+    pub(crate) unsafe fn scatter(&self, chosen: &Chosen<'_>, planes: [&[f32]; 3]) {
         // SAFETY: the caller vouches for the places.
         unsafe { scatter(self.component, self.stride, chosen, planes) };
     }
@@ -233,9 +235,9 @@ impl VectorsOut {
 
 impl NumbersOut {
     /// What it reaches, if it is as a slice.
-    pub(crate) fn slices(&self, count: usize) -> Option<[Reach; 1]> {
+    pub(crate) fn slice(&self, count: usize) -> Option<Reach> {
         let is_slice = self.stride == size_of::<f32>() as isize && self.values.is_aligned();
-        is_slice.then(|| [reach(self.values, self.stride, count)])
+        is_slice.then(|| reach(self.values, self.stride, count))
     }
 
     /// The places of `range`.
@@ -256,14 +258,17 @@ impl NumbersOut {
     /// # Safety
     ///
     /// There are places for all points of `chosen` that are active.
-    pub(crate) unsafe fn scatter(&self, chosen: &Chosen<'_>, plane: &Plane) {
+    pub(crate) unsafe fn scatter(&self, chosen: &Chosen<'_>, plane: &[f32]) {
         // SAFETY: the caller vouches for the places.
-        unsafe { scatter([self.values], self.stride, chosen, array::from_ref(plane)) };
+        unsafe { scatter([self.values], self.stride, chosen, [plane]) };
     }
 }
 
 /// The addresses of bytes that an array of points may reach, the last one left out.
 pub(crate) type Reach = (usize, usize);
+
+/// What is not there reaches nothing.
+pub(crate) const NOWHERE: Reach = (0, 0);
 
 /// Whether two arrays may share a byte.
 pub(crate) fn overlap(a: Reach, b: Reach) -> bool {
@@ -332,6 +337,20 @@ pub(crate) const fn room<T: Copy, const N: usize>() -> Room<T, N> {
     [[MaybeUninit::uninit(); BLOCK]; N]
 }
 
+/// Zeros in the first places of each component, as many as its length tells.
+pub(crate) fn zeros<const N: usize>(
+    room: &mut Room<f32, N>,
+    lengths: [usize; N],
+) -> [&mut [f32]; N] {
+    let mut lengths = lengths.into_iter();
+    room.each_mut().map(|plane| {
+        let plane = &mut plane[..lengths.next().unwrap_or(0)];
+        plane.fill(MaybeUninit::new(0.0));
+        // SAFETY: filled just now.
+        unsafe { plane.assume_init_mut() }
+    })
+}
+
 /// Points of a call: `count` from `first` on, of which those count that are `active`, or all.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Chosen<'a> {
@@ -353,18 +372,31 @@ unsafe fn gather<'a, T: Copy + Default, const N: usize>(
     room: &'a mut Room<T, N>,
 ) -> [&'a mut [T]; N] {
     let starts = starts.map(|start| start.wrapping_byte_offset(offset(stride, chosen.first)));
-    let count = chosen.count;
+    let (count, level) = (chosen.count, Level::new());
     // SAFETY: the caller vouches for the elements that are read.
     unsafe {
         match (chosen.active, packed(starts, stride)) {
-            (None, 2) => gather_packed::<T, N, 2>(starts[0], count, room),
-            (None, 3) => gather_packed::<T, N, 3>(starts[0], count, room),
-            (None, 4) => gather_packed::<T, N, 4>(starts[0], count, room),
-            (None, _) => {
+            (None, 2) => {
+                dispatch!(level, _ => gather_packed::<T, N, 2>(starts[0], count, room));
+            }
+            (None, 3) => {
+                dispatch!(level, _ => gather_packed::<T, N, 3>(starts[0], count, room));
+            }
+            (None, 4) => {
+                dispatch!(level, _ => gather_packed::<T, N, 4>(starts[0], count, room));
+            }
+            (None, _) if stride == size_of::<T>() as isize => {
                 for (plane, start) in room.iter_mut().zip(starts) {
-                    gather_one(start, stride, &mut plane[..count]);
+                    let to = plane[..count].as_mut_ptr().cast();
+                    ptr::copy_nonoverlapping(start.cast::<u8>(), to, count * size_of::<T>());
                 }
             }
+            (None, _) if stride == 0 && count > 0 => {
+                for (plane, start) in room.iter_mut().zip(starts) {
+                    plane[..count].fill(MaybeUninit::new(start.read_unaligned()));
+                }
+            }
+            (None, _) => gather_spaced(starts, stride, count, room),
             (Some(active), _) => {
                 for (plane, start) in room.iter_mut().zip(starts) {
                     gather_some(start, stride, active, &mut plane[..count]);
@@ -383,20 +415,27 @@ unsafe fn scatter<const N: usize>(
     starts: [*mut f32; N],
     stride: isize,
     chosen: &Chosen<'_>,
-    planes: &[Plane; N],
+    planes: [&[f32]; N],
 ) {
     let starts = starts.map(|start| start.wrapping_byte_offset(offset(stride, chosen.first)));
-    let count = chosen.count;
+    let (count, level) = (chosen.count, Level::new());
+    let planes = planes.map(|plane| &plane[..count]);
     // SAFETY: the caller vouches for the places that are written.
     unsafe {
         match (chosen.active, packed(starts.map(<*mut f32>::cast_const), stride)) {
-            (None, 3) => scatter_packed::<N, 3>(starts[0], count, planes),
-            (None, 4) => scatter_packed::<N, 4>(starts[0], count, planes),
-            (None, _) => {
+            (None, 3) => {
+                dispatch!(level, _ => scatter_packed::<N, 3>(starts[0], count, planes));
+            }
+            (None, 4) => {
+                dispatch!(level, _ => scatter_packed::<N, 4>(starts[0], count, planes));
+            }
+            (None, _) if stride == size_of::<f32>() as isize => {
                 for (plane, start) in planes.iter().zip(starts) {
-                    scatter_one(start, stride, &plane[..count]);
+                    let bytes = plane.as_ptr().cast::<u8>();
+                    ptr::copy_nonoverlapping(bytes, start.cast(), size_of_val(*plane));
                 }
             }
+            (None, _) => scatter_spaced(starts, stride, count, planes),
             (Some(active), _) => {
                 for i in (0..count).filter(|&i| active[i]) {
                     for (plane, start) in planes.iter().zip(starts) {
@@ -416,11 +455,13 @@ fn packed<T, const N: usize>(starts: [*const T; N], stride: isize) -> isize {
     if is_in_order && is_whole { stride / size } else { 0 }
 }
 
-/// Points that lie `STEP` elements apart, which the compiler takes many at a time because it knows that.
+/// Points that lie `STEP` elements apart, which the compiler takes many at a time because it knows that: with
+/// AVX-512 it shuffles 16 vectors in six instructions, and so it is made for each set of instructions.
 ///
 /// # Safety
 ///
 /// There are `count` points, of whose `STEP` elements at least the first N are there.
+#[inline(always)]
 unsafe fn gather_packed<T: Copy, const N: usize, const STEP: usize>(
     start: *const T,
     count: usize,
@@ -437,12 +478,14 @@ unsafe fn gather_packed<T: Copy, const N: usize, const STEP: usize>(
 /// # Safety
 ///
 /// As for [`gather_packed`], of places.
+#[inline(always)]
 unsafe fn scatter_packed<const N: usize, const STEP: usize>(
     start: *mut f32,
     count: usize,
-    planes: &[Plane; N],
+    planes: [&[f32]; N],
 ) {
-    for i in 0..count.min(BLOCK) {
+    let planes = planes.map(|plane| &plane[..count]);
+    for i in 0..count {
         for (k, plane) in planes.iter().enumerate() {
             // SAFETY: the caller vouches for the place.
             unsafe { start.add(STEP * i + k).write_unaligned(plane[i]) };
@@ -450,21 +493,41 @@ unsafe fn scatter_packed<const N: usize, const STEP: usize>(
     }
 }
 
+/// Points any distance apart, each read as a whole, since its components often share a line of a cache.
+///
 /// # Safety
 ///
-/// There are as many elements as `plane` has room for.
-unsafe fn gather_one<T: Copy>(start: *const T, stride: isize, plane: &mut [MaybeUninit<T>]) {
-    // SAFETY: the caller vouches for the elements.
-    unsafe {
-        if stride == size_of::<T>() as isize {
-            let bytes = size_of_val(plane);
-            ptr::copy_nonoverlapping(start.cast::<u8>(), plane.as_mut_ptr().cast(), bytes);
-        } else if stride == 0 && !plane.is_empty() {
-            plane.fill(MaybeUninit::new(start.read_unaligned()));
-        } else {
-            for (i, value) in plane.iter_mut().enumerate() {
-                value.write(start.wrapping_byte_offset(offset(stride, i)).read_unaligned());
-            }
+/// There are `count` points.
+unsafe fn gather_spaced<T: Copy, const N: usize>(
+    starts: [*const T; N],
+    stride: isize,
+    count: usize,
+    room: &mut Room<T, N>,
+) {
+    for i in 0..count.min(BLOCK) {
+        for (plane, start) in room.iter_mut().zip(starts) {
+            let from = start.wrapping_byte_offset(offset(stride, i));
+            // SAFETY: the caller vouches for the element.
+            plane[i].write(unsafe { from.read_unaligned() });
+        }
+    }
+}
+
+/// # Safety
+///
+/// As for [`gather_spaced`], of places.
+unsafe fn scatter_spaced<const N: usize>(
+    starts: [*mut f32; N],
+    stride: isize,
+    count: usize,
+    planes: [&[f32]; N],
+) {
+    let planes = planes.map(|plane| &plane[..count]);
+    for i in 0..count {
+        for (plane, start) in planes.iter().zip(starts) {
+            let to = start.wrapping_byte_offset(offset(stride, i));
+            // SAFETY: the caller vouches for the place.
+            unsafe { to.write_unaligned(plane[i]) };
         }
     }
 }
@@ -482,23 +545,6 @@ unsafe fn gather_some<T: Copy + Default>(
         let from = start.wrapping_byte_offset(offset(stride, i));
         // SAFETY: the caller vouches for the element.
         value.write(if is_active { unsafe { from.read_unaligned() } } else { T::default() });
-    }
-}
-
-/// # Safety
-///
-/// There are as many places as `plane` is long.
-unsafe fn scatter_one(start: *mut f32, stride: isize, plane: &[f32]) {
-    // SAFETY: the caller vouches for the places.
-    unsafe {
-        if stride == size_of::<f32>() as isize {
-            let bytes = size_of_val(plane);
-            ptr::copy_nonoverlapping(plane.as_ptr().cast::<u8>(), start.cast(), bytes);
-        } else {
-            for (i, &value) in plane.iter().enumerate() {
-                start.wrapping_byte_offset(offset(stride, i)).write_unaligned(value);
-            }
-        }
     }
 }
 
@@ -521,6 +567,7 @@ mod tests {
             (room(3 * plane), [0, 4, 8], 12),
             (room(4 * plane), [0, 4, 8], 16),
             (room(8 * plane), [0, 4, 8], 32),
+            (room(5 * plane), [1, 5, 9], 20),
             (room(3 * plane), [8, 4, 0], 12),
             (room(3 * plane), [0, plane, 2 * plane], 4),
             (room(21 * COUNT), [1, 7, 13], 21),
@@ -561,7 +608,10 @@ mod tests {
                 let start = copy.as_mut_ptr();
                 let component = starts.map(|at| start.wrapping_add(at).cast());
                 // SAFETY: all points are within the bytes.
-                unsafe { VectorsOut { component, stride }.scatter(&chosen, &planes) };
+                unsafe {
+                    VectorsOut { component, stride }
+                        .scatter(&chosen, planes.each_ref().map(|plane| &plane[..]))
+                };
                 let mut expected = vec![0xff; bytes.len()];
                 for (i, k) in (0..3 * chosen.count).map(|n| (n / 3, n % 3)) {
                     let at = place(first + i, k, &starts, stride);

@@ -364,7 +364,7 @@ fn eight_threads_share_a_draft_a_fabric_and_a_shader() {
 
 #[test]
 fn slices_have_the_bits_of_points_also_where_they_lie_in_one_another() {
-    const COUNT: usize = 600;
+    const COUNT: usize = 2500;
     let loaded = Loaded::new("drafts/plain.wif");
     let uv = [0, 1].map(|k| (0..COUNT).map(|i| 1.3e-5 * (i * (k + 1)) as f64).collect::<Vec<_>>());
     let planes = |w: [f32; 3]| w.map(|c| vec![c; COUNT]);
