@@ -244,7 +244,7 @@ fn at_once(rust: &selvedge_yarn_brdf::Shader, c: *const Shader, points: &[Point]
         }
         for (memory, (name, _)) in memories.iter().zip(LAYOUTS) {
             for i in 0..POINTS {
-                let expected: [f32; 7] = array::from_fn(|k| planes[k][i]);
+                let expected = planes.each_ref().map(|plane| plane[i]);
                 // Where there is no sample, C has a unit vector.
                 let skipped = if expected[6] == 0.0 { 3 } else { 0 };
                 assert_eq!(memory.found(i)[skipped..], expected[skipped..], "{call}, {name}, {i}");

@@ -95,7 +95,7 @@ pub unsafe extern "C" fn selvedge_draft_new(
         let bytes = unsafe { memory::slice(bytes, length, "length")? };
         let draft = Draft::from_wif(bytes)?;
         // SAFETY: not NULL, so the caller vouches for a pointer there.
-        unsafe { output.write(Box::into_raw(Box::new(draft))) };
+        unsafe { output.write_unaligned(Box::into_raw(Box::new(draft))) };
         Ok(())
     })
 }
@@ -124,7 +124,7 @@ pub unsafe extern "C" fn selvedge_draft_load(
         let path = path_of(unsafe { CStr::from_ptr(path.as_ptr()) })?;
         let draft = Draft::from_wif(&read(path)?)?;
         // SAFETY: not NULL, so the caller vouches for a pointer there.
-        unsafe { output.write(Box::into_raw(Box::new(draft))) };
+        unsafe { output.write_unaligned(Box::into_raw(Box::new(draft))) };
         Ok(())
     })
 }
@@ -179,7 +179,7 @@ pub unsafe extern "C" fn selvedge_draft_from_pattern(
         };
         let draft = Draft { weave, ends, picks, warnings: String::new() };
         // SAFETY: not NULL, so the caller vouches for a pointer there.
-        unsafe { output.write(Box::into_raw(Box::new(draft))) };
+        unsafe { output.write_unaligned(Box::into_raw(Box::new(draft))) };
         Ok(())
     })
 }
@@ -205,7 +205,7 @@ pub unsafe extern "C" fn selvedge_draft_warnings(
         unsafe {
             let warnings = &draft.as_ref().warnings;
             Message::new(text, text_size).write(warnings);
-            output.write(warnings.len());
+            output.write_unaligned(warnings.len());
         }
         Ok(())
     })

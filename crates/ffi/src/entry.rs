@@ -49,6 +49,7 @@ pub(crate) struct OfCloth {
     meaning: &'static str,
     unit: &'static str,
     range: [f64; 2],
+    is_whole: bool,
     of: fn(&Cloth) -> f64,
     set: fn(&mut Cloth, f64),
 }
@@ -189,6 +190,7 @@ const CLOTH_NUMBERS: [OfCloth; 3] = [
         meaning: "angle from the u of a position to the weft",
         unit: "rad",
         range: [-TAU, TAU],
+        is_whole: false,
         of: |cloth| cloth.rotation,
         set: |cloth, value| cloth.rotation = value,
     },
@@ -197,6 +199,7 @@ const CLOTH_NUMBERS: [OfCloth; 3] = [
         meaning: "times how much smaller the weave is than its pitch tells",
         unit: "",
         range: [1e-6, 1e6],
+        is_whole: false,
         of: |cloth| cloth.scale,
         set: |cloth, value| cloth.scale = value,
     },
@@ -205,6 +208,7 @@ const CLOTH_NUMBERS: [OfCloth; 3] = [
         meaning: "chooses the irregularities; a whole number",
         unit: "",
         range: [0.0, LARGEST_SEED],
+        is_whole: true,
         of: |cloth| cloth.seed as f64,
         set: |cloth, value| cloth.seed = value as u64,
     },
@@ -319,12 +323,13 @@ impl Entry {
             }
             Err(Failure::argument(self.name(), value, format_args!("{low} to {high}")))
         };
+        let whole = |value: f64| match value.fract() {
+            0.0 => Ok(value),
+            _ => Err(Failure::argument(self.name(), value, "a whole number")),
+        };
         let chosen = |choice: &Choice| {
             let index = in_range(value[0], [0.0, (choice.names.len() - 1) as f64])?;
-            if index.fract() == 0.0 {
-                return Ok(index as usize);
-            }
-            Err(Failure::argument(self.name(), index, "a whole number"))
+            whole(index).map(|index| index as usize)
         };
         let is_set = match *self {
             Self::Color(_, _, place, _) => {
@@ -351,7 +356,8 @@ impl Entry {
                 number.set(yarn, value[0])
             }
             Self::OfCloth(number) => {
-                (number.set)(cloth, in_range(value[0], number.range)?);
+                let value = in_range(value[0], number.range)?;
+                (number.set)(cloth, if number.is_whole { whole(value)? } else { value });
                 true
             }
         };

@@ -86,7 +86,7 @@ pub unsafe extern "C" fn selvedge_fabric_new(
         // SAFETY: not NULL, so the caller vouches for a live draft, which nothing changes.
         let fabric = Fabric::new(unsafe { draft.as_ref() }, &text)?;
         // SAFETY: not NULL, so the caller vouches for a pointer there.
-        unsafe { output.write(Box::into_raw(Box::new(fabric))) };
+        unsafe { output.write_unaligned(Box::into_raw(Box::new(fabric))) };
         Ok(())
     })
 }
@@ -115,7 +115,7 @@ pub unsafe extern "C" fn selvedge_fabric_load(
         // SAFETY: not NULL, so the caller vouches for bytes that end with a NUL.
         let fabric = Fabric::load(draft::path_of(unsafe { CStr::from_ptr(path.as_ptr()) })?)?;
         // SAFETY: not NULL, so the caller vouches for a pointer there.
-        unsafe { output.write(Box::into_raw(Box::new(fabric))) };
+        unsafe { output.write_unaligned(Box::into_raw(Box::new(fabric))) };
         Ok(())
     })
 }
@@ -257,7 +257,8 @@ pub unsafe extern "C" fn selvedge_fabric_set_divisors(
         let fabric = unsafe { fabric.as_mut() };
         let yarn = fabric.check_yarn(yarn)?;
         // SAFETY: not NULL, so the caller vouches for `length` numbers.
-        let divisors = unsafe { memory::slice(divisors, length, "length") }?.to_vec();
+        let divisors = unsafe { memory::slice(divisors.cast::<[u8; 4]>(), length, "length") }?;
+        let divisors: Vec<_> = divisors.iter().map(|&bytes| f32::from_ne_bytes(bytes)).collect();
         if divisors.is_empty() {
             fabric.divisors.remove(&yarn);
         } else {

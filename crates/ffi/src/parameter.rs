@@ -115,7 +115,7 @@ pub unsafe extern "C" fn selvedge_parameter_find(
             Failure::argument("name", format_args!("\"{name}\""), "the name of a parameter")
         })?;
         // SAFETY: not NULL, so the caller vouches for a number there.
-        unsafe { output.write(found as u32) };
+        unsafe { output.write_unaligned(found as u32) };
         Ok(())
     })
 }

@@ -13,7 +13,7 @@ use crate::stream::{
     Chosen, Flags, NOWHERE, Numbers, NumbersOut, Positions, Reach, Vectors, VectorsOut, overlap,
     room, zeros,
 };
-use crate::{guard, non_null};
+use crate::{guard, non_null, stream};
 
 /// Points to shade. What a function has no use for is not looked at; zero it.
 #[repr(C)]
@@ -281,11 +281,13 @@ pub unsafe extern "C" fn selvedge_shader_yarn_at_batch(
     guard(message, || {
         // SAFETY: the caller vouches for what is not NULL.
         let (shader, points) = unsafe { (live(shader)?, Checked::new(points, &[])?) };
-        if points.points.count == 0 {
+        let count = points.points.count;
+        if count == 0 {
             return Ok(());
         }
         // SAFETY: the caller vouches for at least one struct as large as it says.
         let output = unsafe { memory::output(yarn_points)? };
+        stream::check(count, size_of::<YarnPoint>() as isize, false, "yarn_points")?;
         // SAFETY: the caller vouches for the points.
         unsafe {
             points.each_block(BLOCK, |first, block| {
@@ -326,6 +328,9 @@ unsafe fn shade<const N: usize>(
             output.check(count)?;
             checked.push(output);
         }
+        if count == 0 {
+            return Ok(());
+        }
         // Slices are written where they lie, but for those that something else may lie in.
         let mut reaches = [NOWHERE; 7];
         for output in &checked {
@@ -341,7 +346,7 @@ unsafe fn shade<const N: usize>(
         let is_direct = |output: &&Output| is_alone[output.planes()].iter().all(|&is| is);
         let is_scratch_free = points.lobes == Lobes::Both && !needs_second;
         let is_all_direct = checked.iter().all(|output| is_direct(&output)) && points.are_slices();
-        let step = if is_scratch_free && is_all_direct { count.max(1) } else { BLOCK };
+        let step = if is_scratch_free && is_all_direct { count } else { BLOCK };
         // Only what is used of it is filled: that takes as long as shading a few points.
         let mut lengths = [0; 7];
         for output in checked.iter().filter(|output| !is_direct(output)) {
@@ -455,15 +460,11 @@ impl Checked {
     /// Whether all that is looked at lies as in slices, without footprints, and each point counts.
     fn are_slices(&self) -> bool {
         let Points { uv, wi, wo, xi, .. } = &self.points;
-        // SAFETY: an empty range has no elements.
-        let is_slice = |vectors: &Vectors| unsafe { vectors.direct(&(0..0)) }.is_some();
         let mut used = self.uses.into_iter().zip([wi, wo, xi]).filter(|(used, _)| *used);
-        // SAFETY: as above.
-        let is_uv_slice = unsafe { uv.direct(&(0..0)) }.is_some();
         self.is_whole()
             && !self.has_footprint
-            && is_uv_slice
-            && used.all(|(_, vectors)| is_slice(vectors))
+            && uv.are_slices()
+            && used.all(|(_, vectors)| vectors.are_slices())
     }
 
     /// Hands on all points, `step` by `step`, each time with the index of the first: where they lie, if they

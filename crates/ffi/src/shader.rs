@@ -96,7 +96,7 @@ pub unsafe extern "C" fn selvedge_shader_new(
         let yarns = fabric.cloth.yarns.len() as u32;
         let shader = Arc::new(Shader { shader, yarns, warnings });
         // SAFETY: not NULL, so the caller vouches for a pointer there.
-        unsafe { output.write(Arc::into_raw(shader)) };
+        unsafe { output.write_unaligned(Arc::into_raw(shader)) };
         Ok(())
     })
 }
@@ -188,7 +188,7 @@ pub unsafe extern "C" fn selvedge_shader_warnings(
         unsafe {
             let warnings = &shader.as_ref().warnings;
             Message::new(text, text_size).write(warnings);
-            output.write(warnings.len());
+            output.write_unaligned(warnings.len());
         }
         Ok(())
     })

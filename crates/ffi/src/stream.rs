@@ -114,6 +114,11 @@ impl Vectors {
 }
 
 impl Positions {
+    /// Whether they lie as in slices.
+    pub(crate) fn are_slices(&self) -> bool {
+        are_slices(self.component, self.stride)
+    }
+
     /// The positions of `range` where they lie, if they lie as in slices.
     ///
     /// # Safety
@@ -131,6 +136,11 @@ impl Positions {
 }
 
 impl Vectors {
+    /// Whether they lie as in slices.
+    pub(crate) fn are_slices(&self) -> bool {
+        are_slices(self.component, self.stride)
+    }
+
     /// The vectors of `range` where they lie, if they lie as in slices.
     ///
     /// # Safety
@@ -215,9 +225,9 @@ impl VectorsOut {
 impl VectorsOut {
     /// What the components reach, if each is as a slice.
     pub(crate) fn slices(&self, count: usize) -> Option<[Reach; 3]> {
-        let is_slice = self.stride == size_of::<f32>() as isize
-            && self.component.iter().all(|start| start.is_aligned());
-        is_slice.then(|| self.component.map(|start| reach(start, self.stride, count)))
+        let starts = self.component.map(<*mut f32>::cast_const);
+        are_slices(starts, self.stride)
+            .then(|| starts.map(|start| reach(start, self.stride, count)))
     }
 
     /// The places of `range`.
@@ -236,8 +246,8 @@ impl VectorsOut {
 impl NumbersOut {
     /// What it reaches, if it is as a slice.
     pub(crate) fn slice(&self, count: usize) -> Option<Reach> {
-        let is_slice = self.stride == size_of::<f32>() as isize && self.values.is_aligned();
-        is_slice.then(|| reach(self.values, self.stride, count))
+        let start = self.values.cast_const();
+        are_slices([start], self.stride).then(|| reach(start, self.stride, count))
     }
 
     /// The places of `range`.
@@ -279,7 +289,7 @@ pub(crate) fn overlap(a: Reach, b: Reach) -> bool {
 fn reach<T>(start: *const T, stride: isize, count: usize) -> Reach {
     let last = start.wrapping_byte_offset(offset(stride, count.saturating_sub(1)));
     let (low, high) = (start.addr().min(last.addr()), start.addr().max(last.addr()));
-    (low, high + size_of::<T>())
+    (low, high.saturating_add(size_of::<T>()))
 }
 
 /// The elements of `range` where they lie, if one follows the other as in a slice.
@@ -292,15 +302,19 @@ unsafe fn direct<'a, T, const N: usize>(
     stride: isize,
     range: &Range<usize>,
 ) -> Option<[&'a [T]; N]> {
-    let is_slice = |start: &*const T| start.is_aligned() && stride == size_of::<T>() as isize;
     // SAFETY: aligned, and the caller vouches for the elements.
     let slice =
         |start: *const T| unsafe { slice::from_raw_parts(start.add(range.start), range.len()) };
-    starts.iter().all(is_slice).then(|| starts.map(slice))
+    are_slices(starts, stride).then(|| starts.map(slice))
+}
+
+/// Whether one element follows the other as in a slice.
+fn are_slices<T, const N: usize>(starts: [*const T; N], stride: isize) -> bool {
+    stride == size_of::<T>() as isize && starts.iter().all(|start| start.is_aligned())
 }
 
 /// Whether there are arrays for `count` points, which fit into memory.
-fn check(count: usize, stride: isize, is_null: bool, name: &str) -> Result<(), Failure> {
+pub(crate) fn check(count: usize, stride: isize, is_null: bool, name: &str) -> Result<(), Failure> {
     if count == 0 {
         return Ok(());
     }
@@ -610,7 +624,7 @@ mod tests {
                 // SAFETY: all points are within the bytes.
                 unsafe {
                     VectorsOut { component, stride }
-                        .scatter(&chosen, planes.each_ref().map(|plane| &plane[..]))
+                        .scatter(&chosen, planes.each_ref().map(|plane| &plane[..]));
                 };
                 let mut expected = vec![0xff; bytes.len()];
                 for (i, k) in (0..3 * chosen.count).map(|n| (n / 3, n % 3)) {

@@ -3,6 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod footprints;
+mod hostile;
 mod sequences;
 
 use std::ffi::{CStr, CString, c_char};
