@@ -1272,8 +1272,8 @@ selvedge_status selvedge_shader_yarn_at_batch(const struct selvedge_shader *shad
 /**
  * Prepares `fabric` as it is now into `*shader`, which the caller frees with `selvedge_shader_free`.
  *
- * All work that does not depend on a position or a direction is done here, once: some milliseconds
- * for each type of yarn, more where noise or textures change its shape. Fails with
+ * All work that does not depend on a position or a direction is done here, once: a tenth of a second
+ * for most fabrics, more for many types of yarn and where noise or textures change its shape. Fails with
  * `SELVEDGE_STATUS_INVALID_CLOTH` if the result cannot be shaded.
  *
  * # Safety
