@@ -2,6 +2,7 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+mod fabrics;
 mod footprints;
 mod hostile;
 mod sequences;
