@@ -9,7 +9,7 @@
 
 use core::ops::{Add, Mul};
 
-use glam::Vec3;
+use glam::{DVec2, Vec3};
 
 use crate::sampling::Sample;
 use crate::shader::{Lobes, Shader};
@@ -21,6 +21,7 @@ impl Shader {
     /// [`Shader::eval`] where threads can be told apart, [`Shader::far_eval`] where they cannot, and a
     /// mixture between by [`Shader::far_weight`]. The mean over the cloth is that of each of them.
     #[must_use]
+    #[inline]
     pub fn mixed_eval(&self, footprint: &Footprint, wi: Vec3, wo: Vec3) -> Vec3 {
         let lobes = self.mixed_eval_lobes(footprint, wi, wo);
         lobes.specular + lobes.diffuse
@@ -28,6 +29,7 @@ impl Shader {
 
     /// The lobes of [`Shader::mixed_eval`] apart.
     #[must_use]
+    #[inline]
     pub fn mixed_eval_lobes(&self, footprint: &Footprint, wi: Vec3, wo: Vec3) -> Lobes {
         self.mixed(
             footprint,
@@ -86,6 +88,7 @@ impl Shader {
     }
 
     /// What is between both fields; the one that does not count is not computed.
+    #[inline]
     fn mixed<T>(
         &self,
         footprint: &Footprint,
@@ -103,7 +106,12 @@ impl Shader {
     }
 
     /// [`Shader::far_weight`]; 0 nowhere, where the near field reflects nothing.
+    #[inline]
     fn weight_at(&self, footprint: &Footprint) -> f32 {
-        if footprint.uv.is_finite() { self.far_weight(footprint.deviation) } else { 0.0 }
+        // Most callers ask for points, and quickly.
+        if footprint.deviation == DVec2::ZERO || !footprint.uv.is_finite() {
+            return 0.0;
+        }
+        self.far_weight(footprint.deviation)
     }
 }
