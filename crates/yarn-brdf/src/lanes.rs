@@ -254,10 +254,10 @@ impl<S: Simd> Wide<S> {
         Self([f64x8::from_fn(simd, &of), f64x8::from_fn(simd, |lane| of(8 + lane))])
     }
 
-    /// Those of a slice.
+    /// Those of a slice of [`LANES`].
     #[inline(always)]
-    pub(crate) fn load(simd: S, values: &[f64; LANES]) -> Self {
-        Self([f64x8::from_slice(simd, &values[..8]), f64x8::from_slice(simd, &values[8..])])
+    pub(crate) fn load(simd: S, values: &[f64]) -> Self {
+        Self([f64x8::from_slice(simd, &values[..8]), f64x8::from_slice(simd, &values[8..16])])
     }
 
     /// Integers as numbers.

@@ -246,7 +246,7 @@ impl Shader {
                 } else if chunk.piece[k] == NOTHING {
                     0.0
                 } else {
-                    self.materials.single[chunk.yarn[k] as usize].look.opacity
+                    self.materials.single[chunk.points.yarn[k] as usize].look.opacity
                 };
             }
         }

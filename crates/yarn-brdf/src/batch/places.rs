@@ -14,26 +14,20 @@ use crate::threads::{Constant, Fill};
 use crate::weave::{Positions, Segments, Side, Touching};
 
 impl Shader {
-    /// Sets the places of the [`LANES`] points from `first` on.
+    /// Sets the places of a block of points, those from `first` on in `chunk`.
     #[inline(always)]
     pub(super) fn find<S: Simd>(
         &self,
         simd: S,
-        points: &Batch<'_>,
+        block: &Block<'_>,
         first: usize,
         chunk: &mut Chunk,
     ) {
-        let count = LANES.min(points.len() - first);
-        let (wi, wo) = (vector(simd, &points.wi, first), vector(simd, &points.wo, first));
-        let [u, v] = points.uv;
-        let u = Wide::load(simd, &padded(&u[first..], 0.0));
-        let v = Wide::load(simd, &padded(&v[first..], 0.0));
-        let is_wanted = match points.active {
-            None => (1_u64 << count) - 1,
-            Some(active) => (active[first..][..count].iter().rev())
-                .fold(0, |bits, &is_active| bits << 1 | u64::from(is_active)),
-        };
-        let is_wanted = mask32x16::from_bitmask(simd, is_wanted);
+        let &Block { points: Batch { uv: [u, v], wi, wo, .. }, from, is_wanted } = block;
+        let (wi, wo) = (vector(simd, wi, from), vector(simd, wo, from));
+        let u = Wide::load(simd, &u[from..from + LANES]);
+        let v = Wide::load(simd, &v[from..from + LANES]);
+        let is_wanted = mask32x16::from_bitmask(simd, is_wanted.into());
         let Oriented { is_lit, is_back, wi, wo } = self.oriented_lanes(wi, wo);
         let most = u.of(f64::MAX);
         let is_lit = is_wanted & is_lit & u.abs().le(most) & v.abs().le(most);
@@ -45,9 +39,9 @@ impl Shader {
         chunk.is_warp[first / LANES] = is_warp.to_bitmask() as u16;
         chunk.is_back[first / LANES] = is_back.to_bitmask() as u16;
         let lanes = first..first + LANES;
-        put(at, &mut chunk.at, first);
-        put([wi.x, wi.y, wi.z], &mut chunk.wi, first);
-        put([wo.x, wo.y, wo.z], &mut chunk.wo, first);
+        put(at, &mut chunk.points.at, first);
+        put([wi.x, wi.y, wi.z], &mut chunk.points.wi, first);
+        put([wo.x, wo.y, wo.z], &mut chunk.points.wo, first);
         let pieces = u32x16::from_slice(simd, &chunk.piece[lanes.clone()]);
         let nothing = u32x16::splat(simd, NOTHING);
         is_hit.select(pieces, nothing).store_slice(&mut chunk.piece[lanes]);
@@ -75,7 +69,7 @@ impl Shader {
         let drawn = self.frame.turned_back(turned_over(turned, was_back));
         let Oriented { is_lit, is_back, wi, .. } = self.oriented_lanes(drawn, drawn);
         let wi = to_yarn(wi, is_warp);
-        put([wi.x, wi.y, wi.z], &mut chunk.wi, first);
+        put([wi.x, wi.y, wi.z], &mut chunk.points.wi, first);
         let pieces = u32x16::from_slice(simd, &chunk.piece[first..first + LANES]);
         let is_sample = is_drawn & is_lit & !(is_back ^ was_back);
         let nothing = u32x16::splat(simd, NOTHING);
@@ -87,7 +81,7 @@ impl Shader {
     /// together.
     fn set_apart(&self, first: usize, chunk: &mut Chunk) {
         for lane in first..first + LANES {
-            let yarn = chunk.yarn[lane] as usize;
+            let yarn = chunk.points.yarn[lane] as usize;
             chunk.is_apart[lane] = chunk.piece[lane] != NOTHING && {
                 let kind = &self.materials.kinds[yarn];
                 !(kind.is_uniform || kind.is_grained)
@@ -146,7 +140,7 @@ impl Shader {
     ) {
         let (simd, lanes) = (segments.thread.token(), first..first + LANES);
         let &Segments { is_warp, x, .. } = segments;
-        let yarns = u32x16::from_slice(simd, &chunk.yarn[lanes.clone()]);
+        let yarns = u32x16::from_slice(simd, &chunk.points.yarn[lanes.clone()]);
         let all = &self.materials.side_by_side.grains;
         let part = |k: usize| Wide::from_fn(simd, |lane| all[yarns[lane] as usize][k]);
         let (amount, fineness) = if let [[amount, fineness]] = all.as_slice() {
@@ -187,14 +181,14 @@ impl Shader {
             // Ends come first. Where there is no yarn, any will do.
             let index = is_warp.select(thread, thread + self.weave.ends());
             let yarns = u32x16::from_fn(simd, |i| self.threads.yarns[index[i] as usize].into());
-            yarns.store_slice(&mut chunk.yarn[lanes.clone()]);
+            yarns.store_slice(&mut chunk.points.yarn[lanes.clone()]);
             pieces = u32x16::from_fn(simd, |i| common.keys[yarns[i] as usize]) | straight;
         }
         if common.is_lowered {
             let ratio = ratio.to_array();
             for lane in 0..LANES {
                 if !is_straight.test(lane) {
-                    let yarn = chunk.yarn[first + lane] as usize;
+                    let yarn = chunk.points.yarn[first + lane] as usize;
                     pieces[lane] += self.materials.single[yarn].lowered_key(ratio[lane]);
                 }
             }
@@ -227,7 +221,7 @@ impl Shader {
             } else {
                 self.materials.single[usize::from(yarn)].lowered_key(ratio)
             };
-            chunk.yarn[first + lane] = yarn.into();
+            chunk.points.yarn[first + lane] = yarn.into();
             chunk.piece[first + lane] = self.materials.side_by_side.keys[usize::from(yarn)] + key;
             let noise = &self.materials.kinds[usize::from(yarn)].yarn.noise;
             chunk.intensity[first + lane] = self.grains(noise, &segment, position);
@@ -259,13 +253,73 @@ struct Found<S: Simd> {
     at: [f32x16<S>; 3],
 }
 
+/// As many points as there are lanes.
+pub(super) struct Block<'a> {
+    points: &'a Batch<'a>,
+    /// The first of them.
+    from: usize,
+    /// A bit for each that is wanted.
+    is_wanted: u16,
+}
+
+impl<'a> Block<'a> {
+    /// The block of `points` from `first` on; those that there are not are taken from `rest`.
+    #[inline(always)]
+    pub(super) fn new(points: &'a Batch<'a>, first: usize, rest: &'a Batch<'a>) -> Self {
+        let count = LANES.min(points.len() - first);
+        let is_wanted = match points.active {
+            None => u16::MAX >> (LANES - count),
+            Some(active) => (active[first..][..count].iter().rev())
+                .fold(0, |bits, &is_active| bits << 1 | u16::from(is_active)),
+        };
+        let (points, from) = if count == LANES { (points, first) } else { (rest, 0) };
+        Self { points, from, is_wanted }
+    }
+}
+
+/// The last points of a batch, and zeros up to a block.
+pub(super) struct Rest {
+    uv: [[f64; LANES]; 2],
+    wi: [[f32; LANES]; 3],
+    wo: [[f32; LANES]; 3],
+}
+
+impl Rest {
+    /// Those of `points` that fill no block.
+    pub(super) fn new(points: &Batch<'_>) -> Self {
+        let first = points.len() - points.len() % LANES;
+        Self {
+            uv: points.uv.map(|part| padded(&part[first..])),
+            wi: points.wi.map(|part| padded(&part[first..])),
+            wo: points.wo.map(|part| padded(&part[first..])),
+        }
+    }
+
+    pub(super) fn batch(&self) -> Batch<'_> {
+        Batch {
+            uv: self.uv.each_ref().map(<[f64; LANES]>::as_slice),
+            wi: self.wi.each_ref().map(<[f32; LANES]>::as_slice),
+            wo: self.wo.each_ref().map(<[f32; LANES]>::as_slice),
+            active: None,
+        }
+    }
+}
+
+/// `values`, fewer than a block, and zeros.
+fn padded<T: Copy + Default>(values: &[T]) -> [T; LANES] {
+    let mut all = [T::default(); LANES];
+    all[..values.len()].copy_from_slice(values);
+    all
+}
+
 /// Vectors of points from `first` on.
 #[inline(always)]
 fn vector<S: Simd>(simd: S, [x, y, z]: &[&[f32]; 3], first: usize) -> Vector<f32x16<S>> {
+    let all = first..first + LANES;
     Vector::new(
-        f32x16::simd_from(simd, padded(&x[first..], 0.0)),
-        f32x16::simd_from(simd, padded(&y[first..], 0.0)),
-        f32x16::simd_from(simd, padded(&z[first..], 0.0)),
+        f32x16::from_slice(simd, &x[all.clone()]),
+        f32x16::from_slice(simd, &y[all.clone()]),
+        f32x16::from_slice(simd, &z[all]),
     )
 }
 
@@ -280,13 +334,4 @@ fn turned_over<S: Simd>(w: Vector<f32x16<S>>, is_back: mask32x16<S>) -> Vector<f
 #[inline(always)]
 fn to_yarn<S: Simd>(w: Vector<f32x16<S>>, is_warp: mask32x16<S>) -> Vector<f32x16<S>> {
     Vector::new(is_warp.select(w.x, -w.y), is_warp.select(w.y, w.x), w.z)
-}
-
-/// The first values of a slice, and `rest` where there are too few.
-#[inline(always)]
-fn padded<T: Copy>(values: &[T], rest: T) -> [T; LANES] {
-    match values.first_chunk() {
-        Some(&all) => all,
-        None => core::array::from_fn(|lane| values.get(lane).copied().unwrap_or(rest)),
-    }
 }
