@@ -134,11 +134,12 @@ fn time(c: &mut Criterion) {
     }
 }
 
-/// Makes the calls that `task` tells of: fabric, instructions, name and number.
+/// Makes the calls that `task` tells of: fabric, instructions, number and name.
 fn run(task: &str) {
-    let mut parts = task.split(' ');
-    let mut next = || parts.next().expect("fabric, instructions, call and number");
-    let (mut shader, instructions, name, number) = (shader(next()), next(), next(), next());
+    // The name, which may be several words, last.
+    let mut parts = task.splitn(4, ' ');
+    let mut next = || parts.next().expect("fabric, instructions, number and call");
+    let (mut shader, instructions, number, name) = (shader(next()), next(), next(), next());
     let wanted = |known: &Instructions| format!("{known:?}") == instructions;
     let instructions = Instructions::available().into_iter().find(wanted).expect("available");
     assert!(shader.use_instructions(instructions));
@@ -160,7 +161,7 @@ fn main() {
         for instructions in Instructions::available() {
             for (name, _) in CALLS {
                 let count = |number: u32| {
-                    count::instructions(&format!("{fabric} {instructions:?} {name} {number}"), None)
+                    count::instructions(&format!("{fabric} {instructions:?} {number} {name}"), None)
                 };
                 if let (Some(before), Some(all)) = (count(1), count(11)) {
                     let each = (all - before) as f64 / (10 * POINTS) as f64;
