@@ -137,7 +137,7 @@ impl AzimuthSampler {
         let peak = match self.peak.kind(facing) {
             Kind::Cauchy { width, is_backward } => {
                 // With ρ = (1 − k)/(1 + k): k / (π (k² (1 + cos) + (1 − cos))) about the peak.
-                let gaps = [azimuth.forward_gap(), azimuth.backward_gap()];
+                let gaps = [azimuth.forward_gap, azimuth.backward_gap];
                 let (from_peak, beyond) =
                     if is_backward { (gaps[1], gaps[0]) } else { (gaps[0], gaps[1]) };
                 width / ((width * width * beyond + from_peak) * width.of(PI))

@@ -70,6 +70,6 @@ pub(crate) fn highlight<R: Real>(
         * optics.fade(sin_u)
         // Not by one division: the product of both may be too small for a number.
         * (p * (q / (p + q)) / m);
-    let azimuth = Azimuth::in_plane([wi.x, rise_i], [wo.x, rise_o], wi.plus(wo));
+    let azimuth = Azimuth::in_plane([wi.x, rise_i], [wo.x, rise_o]);
     optics.phase.eval(&azimuth).scaled(scale, is_lit)
 }

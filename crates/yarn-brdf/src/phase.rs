@@ -139,7 +139,7 @@ impl PhaseTable {
     #[inline(always)]
     pub(crate) fn about<R: Real>(&self, azimuth: &Azimuth<R>) -> R {
         // tan²(Δφ/2) = (1 − cos Δφ)/(1 + cos Δφ).
-        let half = azimuth.backward_gap().sqrt().atan2(azimuth.forward_gap().sqrt());
+        let half = azimuth.backward_gap.sqrt().atan2(azimuth.forward_gap.sqrt());
         self.at(half + half)
     }
 
@@ -236,13 +236,12 @@ impl<R: Real> Parts<R> {
 /// Where two directions are about a fibre, in terms that lose no digits at either peak.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Azimuth<R> {
-    /// Sum and difference of the directions' parts across the fibre, of which the square times
-    /// `scale` is 1 ± cos Δφ.
-    sum: Vector<R>,
-    difference: Vector<R>,
-    scale: R,
-    /// The sum of the directions, of which half the square is 1 + wi·wo.
-    half_vector: Vector<R>,
+    /// 1 + cos Δφ.
+    pub(crate) forward_gap: R,
+    /// 1 − cos Δφ.
+    pub(crate) backward_gap: R,
+    /// 1 + wi·wo.
+    opposite_gap: R,
 }
 
 impl Phase {
@@ -308,13 +307,11 @@ impl<T: Scalar> PhaseConstants<T> {
     #[inline(always)]
     pub(crate) fn eval<R: Real<Scalar = T>>(&self, azimuth: &Azimuth<R>) -> Parts<R> {
         let peak = match &self.peak {
-            Peak::VonMises { height, beta } => (-(azimuth.forward_gap() * *beta)).exp() * *height,
-            Peak::VonMises3d { height, beta } => {
-                (-(azimuth.opposite_gap() * *beta)).exp() * *height
-            }
+            Peak::VonMises { height, beta } => (-(azimuth.forward_gap * *beta)).exp() * *height,
+            Peak::VonMises3d { height, beta } => (-(azimuth.opposite_gap * *beta)).exp() * *height,
             Peak::WrappedCauchy { height, tail_sq, two_rho, is_backward } => {
                 let from_peak =
-                    if *is_backward { azimuth.backward_gap() } else { azimuth.forward_gap() };
+                    if *is_backward { azimuth.backward_gap } else { azimuth.forward_gap };
                 from_peak.splat(*height) / (from_peak * *two_rho + *tail_sq)
             }
             Peak::Tabulated(table) => table.about(azimuth),
@@ -326,23 +323,30 @@ impl<T: Scalar> PhaseConstants<T> {
 impl<R: Real> Azimuth<R> {
     /// Of two unit vectors that lie on the specular cone of the fibre tangent `t`, `t·wi = −t·wo`.
     ///
-    /// There both are equally far from the fibre, so no root is taken.
+    /// There both are equally far from the fibre, so no root is taken: with a and b their parts across
+    /// it, a + b = wi + wo, and `1 ± cos Δφ` are to each other as the squares of a + b and a − b.
     #[inline(always)]
     pub(crate) fn on_cone(t: Vector<R>, wi: Vector<R>, wo: Vector<R>) -> Self {
-        let (a, b) = (across(wi, t), across(wo, t));
-        let scale = t.x.one() / (a.dot(a) + b.dot(b)).max(t.x.of(1e-37));
-        Self { sum: a.plus(b), difference: a.minus(b), scale, half_vector: wi.plus(wo) }
+        let (sum, difference) = (wi.plus(wo), across(wi.minus(wo), t));
+        Self::of_squares(sum.dot(sum), difference.dot(difference))
     }
 
-    /// Of two unit vectors on the specular cone, by their parts in the plane across the fibre.
+    /// The same by their parts in the plane across the fibre.
     #[inline(always)]
-    pub(crate) fn in_plane(a: [R; 2], b: [R; 2], half_vector: Vector<R>) -> Self {
-        let (square_a, square_b) = (a[0] * a[0] + a[1] * a[1], b[0] * b[0] + b[1] * b[1]);
-        let scale = a[0].one() / (square_a + square_b).max(a[0].of(1e-37));
-        let zero = a[0].zero();
-        let sum = Vector::new(a[0] + b[0], a[1] + b[1], zero);
-        let difference = Vector::new(a[0] - b[0], a[1] - b[1], zero);
-        Self { sum, difference, scale, half_vector }
+    pub(crate) fn in_plane(a: [R; 2], b: [R; 2]) -> Self {
+        let square = |x: R, y: R| x * x + y * y;
+        Self::of_squares(square(a[0] + b[0], a[1] + b[1]), square(a[0] - b[0], a[1] - b[1]))
+    }
+
+    /// The same by the squares of sum and difference of those parts.
+    #[inline(always)]
+    fn of_squares(sum: R, difference: R) -> Self {
+        let scale = sum.of(2.0) / (sum + difference).max(sum.of(1e-37));
+        Self {
+            forward_gap: sum * scale,
+            backward_gap: difference * scale,
+            opposite_gap: sum * sum.of(0.5),
+        }
     }
 
     /// Of two unit vectors about the fibre tangent `t`. Where one lies along the fibre its azimuth
@@ -350,26 +354,13 @@ impl<R: Real> Azimuth<R> {
     #[inline(always)]
     pub(crate) fn about(t: Vector<R>, wi: Vector<R>, wo: Vector<R>) -> Self {
         let (a, b) = (unit_across(wi, t), unit_across(wo, t));
-        let scale = t.x.of(0.5);
-        Self { sum: a.plus(b), difference: a.minus(b), scale, half_vector: wi.plus(wo) }
-    }
-
-    /// 1 + cos Δφ.
-    #[inline(always)]
-    pub(crate) fn forward_gap(&self) -> R {
-        self.sum.dot(self.sum) * self.scale
-    }
-
-    /// 1 − cos Δφ.
-    #[inline(always)]
-    pub(crate) fn backward_gap(&self) -> R {
-        self.difference.dot(self.difference) * self.scale
-    }
-
-    /// 1 + wi·wo.
-    #[inline(always)]
-    fn opposite_gap(&self) -> R {
-        self.half_vector.dot(self.half_vector) * self.scale.of(0.5)
+        let (sum, difference, whole) = (a.plus(b), a.minus(b), wi.plus(wo));
+        let half = t.x.of(0.5);
+        Self {
+            forward_gap: sum.dot(sum) * half,
+            backward_gap: difference.dot(difference) * half,
+            opposite_gap: whole.dot(whole) * half,
+        }
     }
 }
 

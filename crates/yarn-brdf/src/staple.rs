@@ -29,20 +29,19 @@ pub(crate) fn root<R: Real>(
     let b = h.y * sin_u + h.z * cos_u;
     let r_sq = h.x * h.x + b * b;
     let abs_sin_psi = optics.sin_psi.abs();
-    let reach = r_sq.sqrt() * abs_sin_psi;
-    let need = (c * optics.cos_psi).abs();
 
     // r cos(v + φ₀) and r sin(v + φ₀) times |sin ψ|, where φ₀ = atan2(B, H_x).
     let positive = optics.sin_psi.is_positive();
     let r_cos = c * R::Scalar::select(positive, optics.cos_psi, -optics.cos_psi);
-    let r_sin = ((reach - need) * (reach + need)).max(c.zero()).sqrt();
+    let r_sin_sq = r_sq * (abs_sin_psi * abs_sin_psi) - r_cos * r_cos;
+    let r_sin = r_sin_sq.max(c.zero()).sqrt();
     let scale = c.one() / (r_sq.max(c.of(1e-30)) * abs_sin_psi);
     let sin_v = (r_sin * h.x - r_cos * b) * scale;
     let cos_v = (r_cos * h.x + r_sin * b) * scale;
 
     let n = normal(sin_u, cos_u, sin_v, cos_v);
     let (p, q) = (n.dot(wi), n.dot(wo));
-    let is_lit = need.lt(reach) & cos_v.is_positive() & p.is_positive() & q.is_positive();
+    let is_lit = r_sin_sq.is_positive() & cos_v.is_positive() & p.is_positive() & q.is_positive();
     Root { sin_u, cos_u, sin_v, cos_v, p, q, is_lit }
 }
 

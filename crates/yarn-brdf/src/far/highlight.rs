@@ -180,7 +180,7 @@ fn of_filament<R: Real<Scalar = f32>>(
     let rises = [wi, wo].map(|w| w.y * sin_u + w.z * cos_u);
     let [from, to] = facing(wi.x, rises[0], wo.x, rises[1]);
     let half = (to - from).max(from.zero()) * 0.5;
-    let azimuth = Azimuth::in_plane([wi.x, rises[0]], [wo.x, rises[1]], wi.plus(wo));
+    let azimuth = Azimuth::in_plane([wi.x, rises[0]], [wo.x, rises[1]]);
     let phase = optics.phase.eval(&azimuth);
     for [node, weight] in &rule.arc {
         let (sin_v, cos_v) = (load(node) * half + (from + to) * 0.5).sin_cos();
