@@ -7,14 +7,15 @@
 //! to here is always inlined, and there is no closure in which lanes are computed with: those are
 //! functions of their own, which the compiler may leave where they are.
 
-use core::ops::{Add, Div, Mul, Neg, Sub};
+use core::ops::{Add, BitAnd, Div, Mul, Neg, Sub};
 
 use fearless_simd::{
-    Level, Simd, f32x4, f32x16, f64x8, i32x16, mask32x16, prelude::*, u8x64, u32x16, u64x8,
+    Level, Simd, f32x4, f32x16, f64x8, i32x16, mask32x16, mask64x8, prelude::*, u8x64, u32x16,
+    u64x8,
 };
 
 use crate::math::{self, Single};
-use crate::real::{NODES, Real, SHORT};
+use crate::real::{NODES, Nodes, Real, SHORT};
 
 /// How many lanes there are.
 pub(crate) const LANES: usize = 16;
@@ -135,19 +136,14 @@ impl<S: Simd> Real for f32x16<S> {
         ([low, high], share)
     }
     #[inline(always)]
-    fn bilinear(
-        table: &[[f32; 2]; NODES],
-        [rows, columns]: [usize; 2],
-        [row, column]: [Self; 2],
-    ) -> [Self; 2] {
+    fn bilinear(table: &Nodes, [rows, columns]: [usize; 2], [row, column]: [Self; 2]) -> [Self; 2] {
         let (i, rest_i) = split(row, rows);
         let (j, rest_j) = split(column, columns);
         let at = indices(i * columns as f32 + j);
         let simd = row.token();
-        let table = table.as_flattened();
         // In turn the first and second value at a node and those at the next.
-        let near = quadruples(simd, |lane| node_pair(table, at[lane] as usize));
-        let far = quadruples(simd, |lane| node_pair(table, at[lane] as usize + columns));
+        let near = quadruples(simd, |lane| node_pair(table, at[lane] as usize % NODES));
+        let far = quadruples(simd, |lane| node_pair(table, at[lane] as usize % NODES + columns));
         let a = near[0] + (far[0] - near[0]) * rest_i;
         let b = near[1] + (far[1] - near[1]) * rest_i;
         let c = near[2] + (far[2] - near[2]) * rest_i;
@@ -173,10 +169,8 @@ impl<S: Simd> Single for f32x16<S> {
 
 /// Both values of the node at `index` and of the next.
 #[inline(always)]
-fn node_pair(table: &[f32], index: usize) -> &[f32] {
-    let first = 2 * (index % NODES);
-    // Not beyond the end, which no index reaches that is in the table.
-    &table[first.min(2 * NODES - 4)..][..4]
+fn node_pair(table: &Nodes, index: usize) -> &[f32] {
+    table[index..index + 2].as_flattened()
 }
 
 /// Sets the [`LANES`] numbers from `first` on in each part of `to`.
@@ -237,6 +231,34 @@ fn number<S: Simd>(like: f32x16<S>, count: usize) -> f32x16<S> {
     Real::splat(like, count as f32)
 }
 
+/// Which of sixteen `f64`: as a mask of sixteen `f32` it would be taken apart again for each use.
+#[derive(Clone, Copy)]
+pub(crate) struct WideMask<S: Simd>([mask64x8<S>; 2]);
+
+impl<S: Simd> WideMask<S> {
+    /// That of sixteen `f32`.
+    #[inline(always)]
+    pub(crate) fn of(mask: mask32x16<S>) -> Self {
+        let (low, high) = mask.widen();
+        Self([low, high])
+    }
+
+    /// As one of sixteen `f32`.
+    #[inline(always)]
+    pub(crate) fn narrow(self) -> mask32x16<S> {
+        self.0[0].narrow(self.0[1])
+    }
+}
+
+impl<S: Simd> BitAnd for WideMask<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn bitand(self, other: Self) -> Self {
+        Self([self.0[0] & other.0[0], self.0[1] & other.0[1]])
+    }
+}
+
 /// Sixteen `f64`: positions need more digits than an `f32` has.
 #[derive(Clone, Copy)]
 pub(crate) struct Wide<S: Simd>([f64x8<S>; 2]);
@@ -283,11 +305,19 @@ impl<S: Simd> Wide<S> {
         [low - ROUND_F64.to_bits(), high - ROUND_F64.to_bits()]
     }
 
-    /// The largest whole numbers up to these, in [0, 2⁵⁰].
+    /// The largest whole numbers up to these, within ±2⁵⁰.
     #[inline(always)]
     pub(crate) fn floor(self) -> Self {
-        let nearest = (self + ROUND_F64) - ROUND_F64;
-        (nearest - 1.0).or(self.lt(nearest), nearest)
+        let [a, b] = self.0;
+        match a.token().level() {
+            // One at a time, by a function.
+            #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+            Level::Sse2(_) => {
+                let nearest = (self + ROUND_F64) - ROUND_F64;
+                (nearest - 1.0).or(self.lt(nearest), nearest)
+            }
+            _ => Self([a.floor(), b.floor()]),
+        }
     }
 
     /// One after the other.
@@ -304,8 +334,8 @@ impl<S: Simd> Wide<S> {
 
     /// Each lane where `mask` holds, else that of `other`.
     #[inline(always)]
-    pub(crate) fn or(self, mask: mask32x16<S>, other: Self) -> Self {
-        let (low, high) = mask.widen();
+    pub(crate) fn or(self, mask: WideMask<S>, other: Self) -> Self {
+        let [low, high] = mask.0;
         Self([low.select(self.0[0], other.0[0]), high.select(self.0[1], other.0[1])])
     }
 
@@ -336,14 +366,14 @@ impl<S: Simd> Wide<S> {
 
     /// `self` ≤ `other`; false where either is NaN.
     #[inline(always)]
-    pub(crate) fn le(self, other: Self) -> mask32x16<S> {
-        self.0[0].simd_le(other.0[0]).narrow(self.0[1].simd_le(other.0[1]))
+    pub(crate) fn le(self, other: Self) -> WideMask<S> {
+        WideMask([self.0[0].simd_le(other.0[0]), self.0[1].simd_le(other.0[1])])
     }
 
     /// `self` < `other`; false where either is NaN.
     #[inline(always)]
-    pub(crate) fn lt(self, other: Self) -> mask32x16<S> {
-        self.0[0].simd_lt(other.0[0]).narrow(self.0[1].simd_lt(other.0[1]))
+    pub(crate) fn lt(self, other: Self) -> WideMask<S> {
+        WideMask([self.0[0].simd_lt(other.0[0]), self.0[1].simd_lt(other.0[1])])
     }
 
     /// The same number in every lane.

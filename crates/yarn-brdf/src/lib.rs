@@ -89,6 +89,7 @@ mod lanes;
 mod material;
 mod math;
 mod noise;
+mod pair;
 mod parameter;
 mod partial;
 mod phase;

@@ -3,7 +3,7 @@
 use core::f64::consts::PI;
 use std::sync::Arc;
 
-use fearless_simd::{Simd, SimdBase, f32x16};
+use fearless_simd::{Simd, f32x16, prelude::*, u32x16};
 use glam::DVec3;
 use selvedge_normalize::scale::Mode;
 
@@ -111,8 +111,8 @@ pub(crate) struct SideBySide {
     looks: Vec<[f32; 12]>,
     /// Whether some type looks different from place to place by more than grains.
     pub(crate) is_irregular: bool,
-    /// For each type the strength of the grains of the highlight and their number per cell; empty if no
-    /// type has any.
+    /// For each type the strength of the grains of the highlight and their number per cell; one for all
+    /// if they have the same, and empty if no type has any.
     pub(crate) grains: Vec<[f64; 2]>,
     /// Whether some type has lowered pieces.
     pub(crate) is_lowered: bool,
@@ -287,12 +287,32 @@ impl SideBySide {
             grains: if kinds.iter().any(|kind| kind.is_grained) {
                 let of =
                     |kind: &Kind| [kind.yarn.noise.intensity, kind.yarn.noise.fineness.round()];
-                kinds.iter().map(of).collect()
+                let mut all: Vec<_> = kinds.iter().map(of).collect();
+                if all.iter().all(|one| *one == all[0]) {
+                    all.truncate(1);
+                }
+                all
             } else {
                 vec![]
             },
             is_lowered: materials.iter().any(|material| !material.lowered.is_empty()),
         }
+    }
+
+    /// The keys of the bent pieces of types of yarn.
+    #[inline(always)]
+    pub(crate) fn keys_of<S: Simd>(&self, yarns: u32x16<S>) -> u32x16<S> {
+        /// Types among which it is faster to choose than to look them up.
+        const FEW: usize = 8;
+        let simd = yarns.token();
+        if self.keys.len() > FEW {
+            return u32x16::from_fn(simd, |lane| self.keys[yarns[lane] as usize]);
+        }
+        let mut keys = u32x16::splat(simd, self.keys[0]);
+        for (yarn, &key) in (0..).zip(&self.keys).skip(1) {
+            keys = yarns.simd_eq(yarn).select(u32x16::splat(simd, key), keys);
+        }
+        keys
     }
 
     /// The looks of types of yarn that look the same everywhere.

@@ -118,7 +118,8 @@ impl Shader {
         if segment.is_straight() {
             return 0.0;
         }
-        segment.width * self.frame.aspects[usize::from(segment.is_warp)] / segment.length
+        // By what the place along the segment is found with.
+        segment.width * self.frame.aspects[usize::from(segment.is_warp)] * (1.0 / segment.length)
     }
 
     /// The factor of the highlight's irregularity.

@@ -67,9 +67,9 @@ pub(crate) trait Real:
     /// where it is outside, and the share of the way from the one to the other.
     fn entries(table: &[f32], position: Self) -> ([Self; 2], Self);
     /// The two values at (row, column) `at`, ≥ 0 and at most that of the last entry, of a table of
-    /// `shape` rows and columns, at least 2 of each and [`NODES`] together at most, bilinear between
-    /// them.
-    fn bilinear(table: &[[f32; 2]; NODES], shape: [usize; 2], at: [Self; 2]) -> [Self; 2];
+    /// `shape` rows and columns, at least 2 of each, fewer than [`ROW`] columns and [`NODES`] entries
+    /// together, bilinear between them.
+    fn bilinear(table: &Nodes, shape: [usize; 2], at: [Self; 2]) -> [Self; 2];
 
     /// The same of the first `count` entries of a short table.
     #[inline(always)]
@@ -129,9 +129,15 @@ pub(crate) trait Scalar: Real<Scalar = Self, Mask = bool> {
 /// Entries of a short table, which lanes may hold in one register.
 pub(crate) const SHORT: usize = 16;
 
-/// Entries of a table of two dimensions, with what is beyond its last: a power of 2, so that an index
-/// is within them when it is taken modulo their number.
+/// Pairs of values at the entries of a table of two dimensions, and what is beyond its last.
+pub(crate) type Nodes = [[f32; 2]; NODES + ROW];
+
+/// A power of 2, so that an index is within a table of two dimensions when it is taken modulo this, as
+/// are the entries next to it and those of the next row.
 pub(crate) const NODES: usize = 4096;
+
+/// More than a row of such a table, and its next entry.
+pub(crate) const ROW: usize = 64;
 
 macro_rules! impl_real {
     ($float:ty, $vec4:ty, $sqrt_each:path, $exp:path, $ln:path, $asin:path, $sin_cos:path, $atan2:path, $i0e:path) => {
@@ -235,19 +241,18 @@ macro_rules! impl_real {
                 }
                 #[inline(always)]
                 fn bilinear(
-                    table: &[[f32; 2]; NODES],
+                    table: &Nodes,
                     [rows, columns]: [usize; 2],
                     [row, column]: [Self; 2],
                 ) -> [Self; 2] {
                     let (i, rest_i) = split(row, rows);
                     let (j, rest_j) = split(column, columns);
-                    let first = i * columns + j;
+                    let first = (i * columns + j) % NODES;
                     let pairs = |at: usize| {
-                        let at = (first + at) % NODES;
-                        let [[a, b], [c, d]] = [table[at], table[(at + 1) % NODES]];
+                        let [[a, b], [c, d]] = [table[at], table[at + 1]];
                         <$vec4>::new(a.into(), b.into(), c.into(), d.into())
                     };
-                    let (near, far) = (pairs(0), pairs(columns));
+                    let (near, far) = (pairs(first), pairs(first + columns));
                     let [a, b, c, d] = (near + (far - near) * rest_i).to_array();
                     [a + (c - a) * rest_j, b + (d - b) * rest_j]
                 }

@@ -8,7 +8,7 @@ use selvedge_normalize::warp::square_to_uniform_hemisphere;
 use crate::albedo::{Affine, Integrals, Nodes};
 use crate::frame::Vector;
 use crate::points::{Chart, greatest_of_points};
-use crate::real::{NODES, Real, SHORT};
+use crate::real::{self, NODES, ROW, Real, SHORT};
 use crate::segment::Mapping;
 use crate::table::{COLUMNS, Map, ROWS, Table};
 use crate::yarn::Yarn;
@@ -25,7 +25,7 @@ pub(crate) const SHAPES: usize = 9;
 #[derive(Clone, Debug)]
 pub(crate) struct Reflectance {
     /// (base, slope) of each node in turn.
-    table: Box<[[f32; 2]; NODES]>,
+    table: Box<real::Nodes>,
     map: Map,
     /// Bihemispherical albedo of the table.
     pub(crate) mean: Affine<f64>,
@@ -215,7 +215,7 @@ impl Reflectance {
     ) -> Self {
         let step = ratio_max.max(f64::MIN_POSITIVE);
         let entry = |&[long, short]: &[f64; 2]| [long as f32, ((long - short) / step) as f32];
-        let mut nodes = Box::new([[0.0; 2]; NODES]);
+        let mut nodes = Box::new([[0.0; 2]; NODES + ROW]);
         for (node, albedos) in nodes.iter_mut().zip(&table.nodes) {
             *node = entry(albedos);
         }

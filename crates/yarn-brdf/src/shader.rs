@@ -432,16 +432,10 @@ impl Shader {
         wi: Vector<R>,
         wo: Vector<R>,
     ) -> White<R> {
-        let inv_divisor = at[2].one() / piece.reflectance.divisor(at[2]);
+        let inv_divisor = piece.inv_divisor(at[2]);
         // First what every place has, so that it is under way where the highlight's branch goes wrong.
         let diffuse = self.diffuse(piece, at, inv_divisor, wi, wo);
-        let highlight = if piece.has_highlight {
-            let Parts { peak, uniform } = highlight(&piece.optics, at, wi, wo);
-            Parts { peak: peak * inv_divisor, uniform: uniform * inv_divisor }
-        } else {
-            Parts::none(at[2])
-        };
-        White { highlight, diffuse }
+        White { highlight: piece.highlight(at, inv_divisor, wi, wo), diffuse }
     }
 
     /// The diffuse lobe of an opaque white yarn, sr⁻¹, with its share of the light.
@@ -482,6 +476,30 @@ impl Shader {
             }
         };
         share * shape * x.of(FRAC_1_PI)
+    }
+}
+
+impl<T: Scalar> Piece<T> {
+    /// The factor of equation 2 for segments whose width over length is `ratio`.
+    #[inline(always)]
+    pub(crate) fn inv_divisor<R: Real<Scalar = T>>(&self, ratio: R) -> R {
+        ratio.one() / self.reflectance.divisor(ratio)
+    }
+
+    /// f of the highlight of places at `at` = (x, y, w/l), if it were white, scaled by `inv_divisor`.
+    #[inline(always)]
+    pub(crate) fn highlight<R: Real<Scalar = T>>(
+        &self,
+        at: [R; 3],
+        inv_divisor: R,
+        wi: Vector<R>,
+        wo: Vector<R>,
+    ) -> Parts<R> {
+        if !self.has_highlight {
+            return Parts::none(inv_divisor);
+        }
+        let Parts { peak, uniform } = highlight(&self.optics, at, wi, wo);
+        Parts { peak: peak * inv_divisor, uniform: uniform * inv_divisor }
     }
 }
 

@@ -1,9 +1,9 @@
 //! The threads of a cloth: the type of each, and how much of its pitch it fills where.
 
-use fearless_simd::{Simd, mask32x16, prelude::*};
+use fearless_simd::{Simd, prelude::*};
 
 use crate::cloth::Cloth;
-use crate::lanes::Wide;
+use crate::lanes::{Wide, WideMask};
 use crate::material::Shapes;
 use crate::noise::{Line, Use};
 use crate::weave::{LaneSizes, Local, Position, Segment, Side, Sizes, ThreadPoint, Touching};
@@ -16,6 +16,8 @@ pub(crate) struct Threads {
     pub(crate) yarns: Vec<u16>,
     ends: u32,
     pub(crate) fill: Fill,
+    /// The sizes of ends and of picks if all of them have one and keep it.
+    common_sizes: Option<[f64; 2]>,
 }
 
 /// How much of its pitch a thread fills.
@@ -64,8 +66,18 @@ impl Threads {
         } else {
             Fill::Constant(yarns.iter().map(|yarn| yarn.size).collect())
         };
-        let yarns = [cloth.end_yarns.as_slice(), &cloth.pick_yarns].concat();
-        Self { yarns, ends: cloth.weave.ends(), fill }
+        let common = |threads: &[u16]| {
+            let mut sizes = threads.iter().map(|&yarn| yarns[usize::from(yarn)].size);
+            let first = sizes.next()?;
+            sizes.all(|size| size == first).then_some(first)
+        };
+        let common_sizes = common(&cloth.end_yarns).zip(common(&cloth.pick_yarns));
+        Self {
+            yarns: [cloth.end_yarns.as_slice(), &cloth.pick_yarns].concat(),
+            ends: cloth.weave.ends(),
+            fill,
+            common_sizes: common_sizes.map(|(of_ends, of_picks)| [of_ends, of_picks]),
+        }
     }
 
     /// The memory of the threads, in bytes.
@@ -164,17 +176,17 @@ impl Sizes for Constant<'_> {
 
 impl LaneSizes for Constant<'_> {
     #[inline(always)]
-    fn of<S: Simd>(&self, is_end: mask32x16<S>, thread: Wide<S>) -> Wide<S> {
-        if let [size] = *self.sizes {
-            return thread.of(size);
+    fn of<S: Simd>(&self, is_end: WideMask<S>, thread: Wide<S>) -> Wide<S> {
+        if let Some([of_ends, of_picks]) = self.threads.common_sizes {
+            return thread.of(of_ends).or(is_end, thread.of(of_picks));
         }
-        let thread = thread.to_u32();
+        let (is_end, thread) = (is_end.narrow(), thread.to_u32());
         let index = is_end.select(thread, thread + self.threads.ends);
         let size = |lane: usize| {
             let yarn = self.threads.yarns[index[lane] as usize];
             self.sizes[usize::from(yarn)]
         };
-        Wide::from_fn(is_end.token(), size)
+        Wide::from_fn(index.token(), size)
     }
 }
 

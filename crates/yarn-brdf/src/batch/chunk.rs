@@ -1,5 +1,7 @@
 //! A chunk of points on its way through the kernel.
 
+use core::ops::Range;
+
 use fearless_simd::{Level, Simd, f32x16, mask32x16, prelude::*, u32x16};
 
 use super::Batch;
@@ -9,13 +11,17 @@ use crate::draw::draw;
 use crate::frame::Vector;
 use crate::lanes::{LANES, put};
 use crate::material::Piece;
+use crate::pair::{Blocks, Pair, is_paired};
 use crate::phase::Parts;
 use crate::shader::{Shader, White};
 
-/// Points in a chunk: with what is kept of them, they fit in half of a first cache of 32 kB.
+/// Points in a chunk: with what is kept of those that are shaded, they fit in a first cache of 32 kB.
 pub(super) const CHUNK: usize = 256;
 
 /// What is kept of the points of a chunk.
+///
+/// Lanes lie within lines of the cache.
+#[repr(align(64))]
 pub(super) struct Chunk {
     pub(super) points: Points,
     /// Whether it is on a warp yarn, and seen from the back: a bit for each point of a block.
@@ -36,6 +42,7 @@ pub(super) struct Chunk {
 }
 
 /// What the kernel takes and returns of points.
+#[repr(align(64))]
 pub(super) struct Points {
     /// x and y in [−1, 1], and w/l.
     pub(super) at: [[f32; CHUNK]; 3],
@@ -54,6 +61,8 @@ pub(super) struct Points {
 /// What is wanted of points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Wanted {
+    /// The sum of both lobes, in place of the highlight.
+    Sum,
     Lobes,
     Density,
     Both,
@@ -63,8 +72,23 @@ pub(super) enum Wanted {
     Drawn,
 }
 
+impl Wanted {
+    #[inline(always)]
+    pub(super) fn has_lobes(self) -> bool {
+        matches!(self, Self::Sum | Self::Lobes | Self::Both | Self::Drawn)
+    }
+
+    #[inline(always)]
+    pub(super) fn has_density(self) -> bool {
+        matches!(self, Self::Density | Self::Both | Self::Drawn)
+    }
+}
+
 /// The key of points that reflect nothing.
 pub(super) const NOTHING: u32 = u32::MAX;
+
+/// Places, and the directions to the light and the viewer.
+type Taken<R> = ([R; 3], Vector<R>, Vector<R>);
 
 impl Chunk {
     pub(super) fn new() -> Self {
@@ -87,6 +111,14 @@ impl Points {
     fn new() -> Self {
         let none = [[0.0; CHUNK]; 3];
         Self { at: none, wi: none, wo: none, yarn: [0; CHUNK], white: none, density: none }
+    }
+
+    /// Where the points of the blocks from `firsts` on are, and their directions.
+    #[inline(always)]
+    fn taken<S: Simd, B: Blocks<S>>(&self, simd: S, firsts: [usize; 2]) -> Taken<B> {
+        let Vector { x, y, z } = vectors::<S, B>(simd, &self.at, firsts);
+        let wi = vectors::<S, B>(simd, &self.wi, firsts);
+        ([x, y, z], wi, vectors::<S, B>(simd, &self.wo, firsts))
     }
 
     /// Sets what the kernel takes, from the point `to` on, to that of those of another's block from
@@ -200,8 +232,43 @@ fn load<S: Simd>(simd: S, values: &[f32], first: usize) -> f32x16<S> {
 
 /// Vectors of a block.
 #[inline(always)]
-fn vector<S: Simd>(simd: S, [x, y, z]: &[[f32; CHUNK]; 3], first: usize) -> Vector<f32x16<S>> {
-    Vector::new(load(simd, x, first), load(simd, y, first), load(simd, z, first))
+fn vector<S: Simd>(simd: S, parts: &[[f32; CHUNK]; 3], first: usize) -> Vector<f32x16<S>> {
+    vectors::<S, f32x16<S>>(simd, parts, [first; 2])
+}
+
+/// Vectors of blocks.
+#[inline(always)]
+fn vectors<S: Simd, B: Blocks<S>>(
+    simd: S,
+    [x, y, z]: &[[f32; CHUNK]; 3],
+    firsts: [usize; 2],
+) -> Vector<B> {
+    Vector::new(B::load(simd, x, firsts), B::load(simd, y, firsts), B::load(simd, z, firsts))
+}
+
+/// The first points of as many of `blocks` as `B` has, again and again; the last one twice where they
+/// do not come out even.
+#[inline(always)]
+fn together<S: Simd, B: Blocks<S>>(blocks: Range<usize>) -> impl Iterator<Item = [usize; 2]> {
+    let last = blocks.end - 1;
+    blocks.step_by(B::COUNT).map(move |block| [LANES * block, LANES * last.min(block + 1)])
+}
+
+/// [`Shader::highlight_of_piece`].
+#[inline(always)]
+fn highlights<S: Simd, B: Blocks<S>>(
+    simd: S,
+    piece: &Piece<f32>,
+    points: &mut Points,
+    blocks: Range<usize>,
+) {
+    for firsts in together::<S, B>(blocks) {
+        let (at, wi, wo) = points.taken::<S, B>(simd, firsts);
+        let inv_divisor = B::load(simd, &points.white[0], firsts);
+        let Parts { peak, uniform } = piece.highlight(at, inv_divisor, wi, wo);
+        peak.put(&mut points.white[0], firsts);
+        uniform.put(&mut points.white[1], firsts);
+    }
 }
 
 impl Shader {
@@ -275,21 +342,25 @@ impl Shader {
                 }
                 let key = pieces[LANES * start + open.trailing_zeros() as usize];
                 let piece = self.materials.piece_of(key);
-                let mut count = 0;
+                // How many are packed, and the blocks that are whole up to the last one.
+                let (mut count, mut whole) = (0, start..start);
                 for (block, is_done) in is_done.iter_mut().enumerate().take(blocks).skip(start) {
                     let mask = on(simd, pieces, key, block);
                     let bits = mask.to_bitmask() as u16;
                     *is_done |= bits;
                     if bits == u16::MAX {
-                        self.shade_piece(simd, piece, wanted, points, LANES * block);
+                        if whole.end != block {
+                            self.shade_piece(simd, piece, wanted, points, whole);
+                            whole = block..block;
+                        }
+                        whole.end = block + 1;
                     } else if bits != 0 {
                         alike.gather(count, points, LANES * block, mask);
                         count += bits.count_ones() as usize;
                     }
                 }
-                for first in (0..count).step_by(LANES) {
-                    self.shade_piece(simd, piece, wanted, alike, first);
-                }
+                self.shade_piece(simd, piece, wanted, points, whole);
+                self.shade_piece(simd, piece, wanted, alike, 0..count.div_ceil(LANES));
                 let mut from = 0;
                 for block in start..blocks {
                     if from == count {
@@ -306,59 +377,181 @@ impl Shader {
         }
     }
 
-    /// Sets what the points of a block on one `piece` reflect if they are white, and the density of their
+    /// Sets what the points of `blocks` on one `piece` reflect if they are white, and the density of their
     /// directions; or directions, and how they were drawn: as [`Points`] keeps them.
     ///
-    /// Not inlined: it is most of the code of a batch, for each set of instructions.
-    #[inline(never)]
+    /// One after the other for all blocks: each of them alone is short enough for a processor to have
+    /// the next block under way before one is done, and none waits for its long chains.
+    #[inline(always)]
     fn shade_piece<S: Simd>(
         &self,
         simd: S,
         piece: &Piece<f32>,
         wanted: Wanted,
         points: &mut Points,
-        first: usize,
+        blocks: Range<usize>,
+    ) {
+        if blocks.is_empty() {
+            return;
+        }
+        if wanted == Wanted::Direction {
+            self.draw_piece(simd, piece, points, blocks);
+            return;
+        }
+        if wanted.has_density() {
+            self.density_of_piece(simd, piece, wanted, points, blocks.clone());
+        }
+        if wanted.has_lobes() {
+            self.diffuse_of_piece(simd, piece, points, blocks.clone());
+            self.highlight_of_piece(simd, piece, points, blocks);
+        }
+    }
+
+    /// Draws directions.
+    ///
+    /// Not inlined, as those that follow: they are most of the code of a batch, for each set of
+    /// instructions.
+    #[inline(never)]
+    fn draw_piece<S: Simd>(
+        &self,
+        simd: S,
+        piece: &Piece<f32>,
+        points: &mut Points,
+        blocks: Range<usize>,
     ) {
         simd.vectorize(
             #[inline(always)]
             || {
-                let (wi, wo) = (vector(simd, &points.wi, first), vector(simd, &points.wo, first));
-                let Vector { x, y, z: ratio } = vector(simd, &points.at, first);
-                let at = [x, y, ratio];
-                if wanted == Wanted::Direction {
-                    let bright = self.bright(simd, points, first);
-                    let drawing = self.drawing(piece, at, wo, bright);
-                    let Vector { x, y, z } = draw(piece, at, &drawing, wo, [wi.x, wi.y, wi.z]);
+                for first in blocks.map(|block| LANES * block) {
+                    let firsts = [first; 2];
+                    let (at, xi, wo) = points.taken::<S, f32x16<S>>(simd, firsts);
+                    let drawing = self.drawing(piece, at, wo, self.bright(simd, points, firsts));
+                    let Vector { x, y, z } = draw(piece, at, &drawing, wo, [xi.x, xi.y, xi.z]);
                     let [from, to] = drawing.span;
                     put([x, y, z], &mut points.white, first);
                     put([drawing.share, from, to], &mut points.density, first);
-                    return;
-                }
-                if wanted != Wanted::Lobes {
-                    let drawing = if wanted == Wanted::Drawn {
-                        let Vector { x: share, y: from, z: to } =
-                            vector(simd, &points.density, first);
-                        Drawing { span: [from, to], share }
-                    } else {
-                        self.drawing(piece, at, wo, self.bright(simd, points, first))
-                    };
-                    let density = density(piece, at, &drawing, wi, wo);
-                    density.store_slice(&mut points.density[0][first..first + LANES]);
-                }
-                if wanted != Wanted::Density {
-                    let White { highlight: Parts { peak, uniform }, diffuse } =
-                        self.white(piece, at, wi, wo);
-                    put([peak, uniform, diffuse], &mut points.white, first);
                 }
             },
         );
     }
 
-    /// [`Look::bright`](crate::place::Look::bright) of a block of points.
+    /// Sets densities.
+    #[inline(never)]
+    fn density_of_piece<S: Simd>(
+        &self,
+        simd: S,
+        piece: &Piece<f32>,
+        wanted: Wanted,
+        points: &mut Points,
+        blocks: Range<usize>,
+    ) {
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                if is_paired(simd) {
+                    self.densities::<S, Pair<S>>(simd, piece, wanted, points, blocks);
+                } else {
+                    self.densities::<S, f32x16<S>>(simd, piece, wanted, points, blocks);
+                }
+            },
+        );
+    }
+
     #[inline(always)]
-    fn bright<S: Simd>(&self, simd: S, points: &Points, first: usize) -> [f32x16<S>; 2] {
-        let yarns = &points.yarn[first..first + LANES];
-        self.materials.side_by_side.look(simd, yarns).bright()
+    fn densities<S: Simd, B: Blocks<S>>(
+        &self,
+        simd: S,
+        piece: &Piece<f32>,
+        wanted: Wanted,
+        points: &mut Points,
+        blocks: Range<usize>,
+    ) {
+        for firsts in together::<S, B>(blocks) {
+            let (at, wi, wo) = points.taken::<S, B>(simd, firsts);
+            let drawing = if wanted == Wanted::Drawn {
+                let [share, from, to] = &points.density;
+                let [from, to] = [B::load(simd, from, firsts), B::load(simd, to, firsts)];
+                Drawing { span: [from, to], share: B::load(simd, share, firsts) }
+            } else {
+                self.drawing(piece, at, wo, self.bright(simd, points, firsts))
+            };
+            density(piece, at, &drawing, wi, wo).put(&mut points.density[0], firsts);
+        }
+    }
+
+    /// Sets the diffuse, and the peak of the highlight to what scales it.
+    #[inline(never)]
+    fn diffuse_of_piece<S: Simd>(
+        &self,
+        simd: S,
+        piece: &Piece<f32>,
+        points: &mut Points,
+        blocks: Range<usize>,
+    ) {
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                if is_paired(simd) {
+                    self.diffuses::<S, Pair<S>>(simd, piece, points, blocks);
+                } else {
+                    self.diffuses::<S, f32x16<S>>(simd, piece, points, blocks);
+                }
+            },
+        );
+    }
+
+    #[inline(always)]
+    fn diffuses<S: Simd, B: Blocks<S>>(
+        &self,
+        simd: S,
+        piece: &Piece<f32>,
+        points: &mut Points,
+        blocks: Range<usize>,
+    ) {
+        for firsts in together::<S, B>(blocks) {
+            let (at, wi, wo) = points.taken::<S, B>(simd, firsts);
+            let inv_divisor = piece.inv_divisor(at[2]);
+            inv_divisor.put(&mut points.white[0], firsts);
+            self.diffuse(piece, at, inv_divisor, wi, wo).put(&mut points.white[2], firsts);
+        }
+    }
+
+    /// Sets both parts of the highlight, by what scales it in place of its peak.
+    #[inline(never)]
+    fn highlight_of_piece<S: Simd>(
+        &self,
+        simd: S,
+        piece: &Piece<f32>,
+        points: &mut Points,
+        blocks: Range<usize>,
+    ) {
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                if is_paired(simd) {
+                    highlights::<S, Pair<S>>(simd, piece, points, blocks);
+                } else {
+                    highlights::<S, f32x16<S>>(simd, piece, points, blocks);
+                }
+            },
+        );
+    }
+
+    /// [`Look::bright`](crate::place::Look::bright) of blocks of points.
+    #[inline(always)]
+    fn bright<S: Simd, B: Blocks<S>>(
+        &self,
+        simd: S,
+        points: &Points,
+        firsts: [usize; 2],
+    ) -> [B; 2] {
+        let looks = &self.materials.side_by_side;
+        let bright = |part: usize| {
+            B::of_blocks(firsts, |first| {
+                looks.look(simd, &points.yarn[first..first + LANES]).bright()[part]
+            })
+        };
+        [bright(0), bright(1)]
     }
 
     /// Sets the colours of the block of points from `first` on, and their densities.
@@ -366,27 +559,32 @@ impl Shader {
     fn color<S: Simd>(&self, simd: S, first: usize, wanted: Wanted, chunk: &mut Chunk) {
         let lanes = first..first + LANES;
         let is_seen = !u32x16::from_slice(simd, &chunk.piece[lanes.clone()]).simd_eq(NOTHING);
-        let zero = <f32x16<S> as SimdBase<S>>::splat(simd, 0.0);
-        if wanted != Wanted::Lobes {
+        if wanted.has_density() {
             let density = load(simd, &chunk.points.density[0], first);
+            let zero = <f32x16<S> as SimdBase<S>>::splat(simd, 0.0);
             is_seen.select(density, zero).store_slice(&mut chunk.pdf[lanes.clone()]);
         }
-        if wanted != Wanted::Density {
+        if wanted.has_lobes() {
             let Vector { x: peak, y: uniform, z: diffuse } =
                 vector(simd, &chunk.points.white, first);
             let white = White { highlight: Parts { peak, uniform }, diffuse };
             let mut look =
                 self.materials.side_by_side.look(simd, &chunk.points.yarn[lanes.clone()]);
             look.intensity = load(simd, &chunk.intensity, first);
-            let [specular, diffuse] = look.lobes(&white);
-            let [r, g, b] = specular;
-            let specular =
-                [is_seen.select(r, zero), is_seen.select(g, zero), is_seen.select(b, zero)];
-            put(specular, &mut chunk.specular, first);
-            let [r, g, b] = diffuse;
-            let diffuse =
-                [is_seen.select(r, zero), is_seen.select(g, zero), is_seen.select(b, zero)];
-            put(diffuse, &mut chunk.diffuse, first);
+            let [[r, g, b], [s, t, u]] = look.lobes(&white);
+            if wanted == Wanted::Sum {
+                put(seen(is_seen, [r + s, g + t, b + u]), &mut chunk.specular, first);
+            } else {
+                put(seen(is_seen, [r, g, b]), &mut chunk.specular, first);
+                put(seen(is_seen, [s, t, u]), &mut chunk.diffuse, first);
+            }
         }
     }
+}
+
+/// `color` where `mask` holds, else black.
+#[inline(always)]
+fn seen<S: Simd>(mask: mask32x16<S>, [r, g, b]: [f32x16<S>; 3]) -> [f32x16<S>; 3] {
+    let zero = <f32x16<S> as SimdBase<S>>::splat(mask.token(), 0.0);
+    [mask.select(r, zero), mask.select(g, zero), mask.select(b, zero)]
 }

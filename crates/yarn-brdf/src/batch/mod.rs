@@ -152,12 +152,9 @@ impl Shader {
     /// Slices of different lengths.
     pub fn eval_batch(&self, points: &Batch<'_>, mut f: Colors<'_>) -> Result<(), BatchError> {
         points.check(&[("f", lengths(&f))])?;
-        self.for_each_chunk(points, Wanted::Lobes, |range, chunk| {
-            for (c, f) in f.iter_mut().enumerate() {
-                let lobes = chunk.specular[c].iter().zip(&chunk.diffuse[c]);
-                for (f, (specular, diffuse)) in f[range.clone()].iter_mut().zip(lobes) {
-                    *f = specular + diffuse;
-                }
+        self.for_each_chunk(points, Wanted::Sum, |range, chunk| {
+            for (f, sum) in f.iter_mut().zip(&chunk.specular) {
+                f[range.clone()].copy_from_slice(&sum[..range.len()]);
             }
         });
         Ok(())
@@ -375,13 +372,14 @@ impl Shader {
         for k in (0..points.len()).filter(|&k| chunk.is_apart[k]) {
             let [wi, wo] = [points.wi, points.wo].map(|w| Vec3::from_array(w.map(|part| part[k])));
             let uv = DVec2::new(points.uv[0][k], points.uv[1][k]);
-            if wanted != Wanted::Density {
+            if wanted.has_lobes() {
                 let Lobes { specular, diffuse } = self.eval_lobes(uv, wi, wo);
+                let first = if wanted == Wanted::Sum { specular + diffuse } else { specular };
                 for c in 0..3 {
-                    (chunk.specular[c][k], chunk.diffuse[c][k]) = (specular[c], diffuse[c]);
+                    (chunk.specular[c][k], chunk.diffuse[c][k]) = (first[c], diffuse[c]);
                 }
             }
-            if wanted != Wanted::Lobes {
+            if wanted.has_density() {
                 chunk.pdf[k] = self.pdf(uv, wi, wo);
             }
         }

@@ -6,7 +6,7 @@ use glam::DVec2;
 use super::Batch;
 use super::chunk::{Chunk, NOTHING};
 use crate::frame::Vector;
-use crate::lanes::{LANES, Wide, put};
+use crate::lanes::{LANES, Wide, WideMask, put};
 use crate::noise::intensities;
 use crate::real::Real;
 use crate::shader::Shader;
@@ -29,11 +29,8 @@ impl Shader {
         let v = Wide::load(simd, &v[from..from + LANES]);
         let is_wanted = mask32x16::from_bitmask(simd, is_wanted.into());
         let Oriented { is_lit, is_back, wi, wo } = self.oriented_lanes(wi, wo);
-        let most = u.of(f64::MAX);
-        let is_lit = is_wanted & is_lit & u.abs().le(most) & v.abs().le(most);
-        // What is not looked at lies at the origin, where no integer overflows.
-        let uv = [u.or(is_lit, u.of(0.0)), v.or(is_lit, u.of(0.0))];
-        let found = self.segments(is_lit, is_back, uv, first, chunk);
+        let is_lit = is_wanted & is_lit;
+        let found = self.segments(is_lit, is_back, [u, v], first, chunk);
         let Found { is_hit, is_warp, at } = found;
         let (wi, wo) = (to_yarn(wi, is_warp), to_yarn(wo, is_warp));
         chunk.is_warp[first / LANES] = is_warp.to_bitmask() as u16;
@@ -139,7 +136,8 @@ impl Shader {
         chunk: &mut Chunk,
     ) {
         let (simd, lanes) = (segments.thread.token(), first..first + LANES);
-        let &Segments { is_warp, x, .. } = segments;
+        let &Segments { is_warp, x, is_mirrored, .. } = segments;
+        let x = (-x).or(WideMask::of(is_mirrored[0]), x);
         let yarns = u32x16::from_slice(simd, &chunk.points.yarn[lanes.clone()]);
         let all = &self.materials.side_by_side.grains;
         let part = |k: usize| Wide::from_fn(simd, |lane| all[yarns[lane] as usize][k]);
@@ -150,8 +148,8 @@ impl Shader {
         };
         let Positions { cell: [end, pick], fraction: [u, v], .. } = *position;
         // Along an end, picks follow each other.
-        let (line, cell, fraction) =
-            (end.or(is_warp, pick), pick.or(is_warp, end), v.or(is_warp, u));
+        let wide = WideMask::of(is_warp);
+        let (line, cell, fraction) = (end.or(wide, pick), pick.or(wide, end), v.or(wide, u));
         let along = cell * fineness + (fraction * fineness).floor();
         let across = ((x + 1.0) * 0.5 * fineness).floor();
         let grain = intensities(self.seed, is_warp, line, along, across);
@@ -168,11 +166,21 @@ impl Shader {
         first: usize,
         chunk: &mut Chunk,
     ) -> Found<S> {
-        let &Segments { is_hit, is_warp, is_straight, thread, x, y, length, width } = segments;
+        let &Segments {
+            is_hit,
+            is_warp,
+            is_straight,
+            thread,
+            x,
+            y,
+            is_mirrored,
+            inv_length,
+            width,
+        } = segments;
         let simd = thread.token();
         let [of_pick, of_end] = self.frame.aspects;
-        let ratio = width * length.of(of_end).or(is_warp, length.of(of_pick)) / length;
-        let ratio = length.of(0.0).or(is_straight, ratio);
+        let aspect = x.of(of_end).or(WideMask::of(is_warp), x.of(of_pick));
+        let ratio = x.of(0.0).or(WideMask::of(is_straight), width * aspect * inv_length);
         let lanes = first..first + LANES;
         let common = &self.materials.side_by_side;
         let straight = is_straight.select(u32x16::splat(simd, 1), u32x16::splat(simd, 0));
@@ -182,7 +190,7 @@ impl Shader {
             let index = is_warp.select(thread, thread + self.weave.ends());
             let yarns = u32x16::from_fn(simd, |i| self.threads.yarns[index[i] as usize].into());
             yarns.store_slice(&mut chunk.points.yarn[lanes.clone()]);
-            pieces = u32x16::from_fn(simd, |i| common.keys[yarns[i] as usize]) | straight;
+            pieces = common.keys_of(yarns) | straight;
         }
         if common.is_lowered {
             let ratio = ratio.to_array();
@@ -194,7 +202,9 @@ impl Shader {
             }
         }
         pieces.store_slice(&mut chunk.piece[lanes]);
-        Found { is_hit: is_hit & is_lit, is_warp, at: [x.narrow(), y.narrow(), ratio.narrow()] }
+        let [x, y] = [x.narrow(), y.narrow()];
+        let at = [is_mirrored[0].select(-x, x), is_mirrored[1].select(-y, y), ratio.narrow()];
+        Found { is_hit: is_hit & is_lit, is_warp, at }
     }
 
     /// The same for each point on its own.
@@ -288,11 +298,19 @@ impl Rest {
     /// Those of `points` that fill no block.
     pub(super) fn new(points: &Batch<'_>) -> Self {
         let first = points.len() - points.len() % LANES;
-        Self {
-            uv: points.uv.map(|part| padded(&part[first..])),
-            wi: points.wi.map(|part| padded(&part[first..])),
-            wo: points.wo.map(|part| padded(&part[first..])),
+        let mut rest = Self { uv: [[0.0; LANES]; 2], wi: [[0.0; LANES]; 3], wo: [[0.0; LANES]; 3] };
+        for (to, from) in (first..points.len()).enumerate() {
+            for (part, all) in rest.uv.iter_mut().zip(points.uv) {
+                part[to] = all[from];
+            }
+            for (part, all) in rest.wi.iter_mut().zip(points.wi) {
+                part[to] = all[from];
+            }
+            for (part, all) in rest.wo.iter_mut().zip(points.wo) {
+                part[to] = all[from];
+            }
         }
+        rest
     }
 
     pub(super) fn batch(&self) -> Batch<'_> {
@@ -303,13 +321,6 @@ impl Rest {
             active: None,
         }
     }
-}
-
-/// `values`, fewer than a block, and zeros.
-fn padded<T: Copy + Default>(values: &[T]) -> [T; LANES] {
-    let mut all = [T::default(); LANES];
-    all[..values.len()].copy_from_slice(values);
-    all
 }
 
 /// Vectors of points from `first` on.

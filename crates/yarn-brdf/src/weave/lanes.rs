@@ -6,7 +6,7 @@
 use fearless_simd::{Simd, mask32x16, prelude::*, u32x16};
 
 use super::{ENDLESS, FAR, Touching, Weave};
-use crate::lanes::{LANES, ROUND_F64, Wide};
+use crate::lanes::{LANES, ROUND_F64, Wide, WideMask};
 
 /// Least coordinate, in cells, that is left to [`super::Position`]: products with numbers up to 2²⁰ are
 /// exact below it.
@@ -31,9 +31,13 @@ pub(crate) struct Segments<S: Simd> {
     pub(crate) is_warp: mask32x16<S>,
     pub(crate) is_straight: mask32x16<S>,
     pub(crate) thread: u32x16<S>,
+    /// The coordinates, up to their signs.
     pub(crate) x: Wide<S>,
     pub(crate) y: Wide<S>,
-    pub(crate) length: Wide<S>,
+    /// Whether x and y have the other sign.
+    pub(crate) is_mirrored: [mask32x16<S>; 2],
+    /// 1 over the length.
+    pub(crate) inv_length: Wide<S>,
     pub(crate) width: Wide<S>,
 }
 
@@ -43,22 +47,36 @@ pub(crate) trait LaneSizes {
     const ARE_TOUCHING: bool = false;
 
     /// The size of each `thread`, an end where `is_end` holds.
-    fn of<S: Simd>(&self, is_end: mask32x16<S>, thread: Wide<S>) -> Wide<S>;
+    fn of<S: Simd>(&self, is_end: WideMask<S>, thread: Wide<S>) -> Wide<S>;
 }
 
 impl LaneSizes for Touching {
     const ARE_TOUCHING: bool = true;
 
     #[inline(always)]
-    fn of<S: Simd>(&self, _is_end: mask32x16<S>, thread: Wide<S>) -> Wide<S> {
+    fn of<S: Simd>(&self, _is_end: WideMask<S>, thread: Wide<S>) -> Wide<S> {
         thread.of(1.0)
+    }
+}
+
+/// Which threads are ends.
+#[derive(Clone, Copy)]
+struct Ends<S: Simd> {
+    mask: mask32x16<S>,
+    wide: WideMask<S>,
+}
+
+impl<S: Simd> Ends<S> {
+    #[inline(always)]
+    fn new(mask: mask32x16<S>) -> Self {
+        Self { mask, wide: WideMask::of(mask) }
     }
 }
 
 /// Threads that are hit.
 #[derive(Clone, Copy)]
 struct Strands<S: Simd> {
-    is_end: mask32x16<S>,
+    is_end: Ends<S>,
     /// Twice the distance of the position from the middle of the thread, in cells.
     across: Wide<S>,
     size: Wide<S>,
@@ -80,7 +98,7 @@ struct Crossings<S: Simd> {
 #[derive(Clone, Copy)]
 struct Extents<S: Simd> {
     is_straight: mask32x16<S>,
-    length: Wide<S>,
+    inv_length: Wide<S>,
     /// The fraction of the length at which the position is.
     along: Wide<S>,
 }
@@ -93,15 +111,16 @@ impl Weave {
         let is_near = cells[0].abs().lt(far) & cells[1].abs().lt(far);
         let ((end, u), (pick, v)) = (split(cells[0]), split(cells[1]));
         let thread = [self.wrapped(0, end), self.wrapped(1, pick)];
-        (Positions { cell: [end, pick], fraction: [u, v], thread }, is_near.all_true())
+        (Positions { cell: [end, pick], fraction: [u, v], thread }, is_near.narrow().all_true())
     }
 
     /// `cell` modulo the period along `axis`.
     #[inline(always)]
     fn wrapped<S: Simd>(&self, axis: usize, cell: Wide<S>) -> Wide<S> {
-        let count = f64::from(self.periods[axis].count());
+        let period = self.periods[axis];
+        let count = f64::from(period.count());
         // The quotient is off by less than a half.
-        let repeats = (cell * (1.0 / count) + ROUND_F64) - ROUND_F64;
+        let repeats = (cell * period.inverse() + ROUND_F64) - ROUND_F64;
         let rest = cell - repeats * count;
         (rest + count).or(rest.lt(rest.of(0.0)), rest)
     }
@@ -115,94 +134,108 @@ impl Weave {
         sizes: &T,
     ) -> Segments<S> {
         let Positions { fraction: [u, v], thread: [end, pick], .. } = *position;
-        let all = mask32x16::splat(is_back.token(), true);
         let index = pick * f64::from(self.ends()) + end;
         let bits = self.bits(index);
-        let top_is_end = !(pick_is_top(bits) ^ is_back);
+        let top_is_end = Ends::new(!(pick_is_top(bits) ^ is_back));
         let (across_end, across_pick) = (u * 2.0 - 1.0, v * 2.0 - 1.0);
-        let across = across_end.or(top_is_end, across_pick);
+        let across = across_end.or(top_is_end.wide, across_pick);
         let on_top = Crossings {
             index,
-            thread: pick.or(top_is_end, end),
-            offset: v.or(top_is_end, u),
+            thread: pick.or(top_is_end.wide, end),
+            offset: v.or(top_is_end.wide, u),
             bits,
         };
         if T::ARE_TOUCHING {
             let top = Strands { is_end: top_is_end, across, size: u.of(1.0) };
-            let extents = self.extents(top.is_end, on_top, sizes);
+            let extents = self.extents(top_is_end, on_top, sizes);
+            let all = mask32x16::splat(is_back.token(), true);
             return self.pieces(is_back, position, top, extents, all);
         }
-        let (size_end, size_pick) = (sizes.of(all, end), sizes.of(!all, pick));
+        let all = mask32x16::splat(is_back.token(), true);
+        let (size_end, size_pick) =
+            (sizes.of(WideMask::of(all), end), sizes.of(WideMask::of(!all), pick));
         let end_is_hit = across_end.abs().le(size_end);
         let pick_is_hit = across_pick.abs().le(size_pick);
-        let size = size_end.or(top_is_end, size_pick);
+        let size = size_end.or(top_is_end.wide, size_pick);
         let top_is_hit = across.abs().le(size);
         // Past the edge of the thread on top the one below may show: as a part of the segment that
         // begins at the next crossing along the axis on which that thread is crossed.
         let step = u.of(1.0).copysign(across);
-        let thread = end.or(top_is_end, pick);
-        let next = self.shifted(top_is_end, thread, step);
-        let stride = u.of(1.0).or(top_is_end, u.of(self.ends().into()));
+        let thread = end.or(top_is_end.wide, pick);
+        let next = self.shifted(top_is_end.wide, thread, step);
+        let stride = u.of(1.0).or(top_is_end.wide, u.of(self.ends().into()));
         let next_index = index + (next - thread) * stride;
         let next_bits = self.bits(next_index);
-        let is_between = !top_is_hit & !(pick_is_top(bits) ^ pick_is_top(next_bits));
-        let aside = u.or(top_is_end, v);
+        let is_on = top_is_hit.narrow();
+        let is_between = !is_on & !(pick_is_top(bits) ^ pick_is_top(next_bits));
+        let aside = u.or(top_is_end.wide, v);
         let on = Crossings {
             index: index.or(top_is_hit, next_index),
             thread: on_top.thread.or(top_is_hit, next),
             offset: on_top.offset.or(top_is_hit, aside - step),
-            bits: top_is_hit.select(bits, next_bits),
+            bits: is_on.select(bits, next_bits),
         };
-        let is_end = !(top_is_end ^ top_is_hit);
+        let is_end = Ends::new(!(top_is_end.mask ^ is_on));
         let mut extents = self.extents(is_end, on, sizes);
         if is_between.any_true() {
-            let (near, far) = (slit(size), slit(sizes.of(top_is_end, next)));
+            let (near, far) = (slit(size), slit(sizes.of(top_is_end.wide, next)));
             let length = (near + far).max(u.of(f64::MIN_POSITIVE));
             let start = (-far).or(step.lt(u.of(0.0)), -near + 1.0);
-            let slits = Extents { is_straight: all, length, along: (aside - start) / length };
-            extents = slits.or(is_between, extents);
+            let inv_length = u.of(1.0) / length;
+            let along = (aside - start) * inv_length;
+            extents = Extents { is_straight: all, inv_length, along }.or(is_between, extents);
         }
         let strand = Strands {
             is_end,
-            across: across_end.or(is_end, across_pick),
-            size: size_end.or(is_end, size_pick),
+            across: across_end.or(is_end.wide, across_pick),
+            size: size_end.or(is_end.wide, size_pick),
         };
-        self.pieces(is_back, position, strand, extents, end_is_hit | pick_is_hit)
+        let is_hit = end_is_hit.narrow() | pick_is_hit.narrow();
+        self.pieces(is_back, position, strand, extents, is_hit)
     }
 
     /// How far the threads reach that are on top at the crossings `on`; ends where `is_end` holds.
     #[inline(always)]
     fn extents<S: Simd, T: LaneSizes>(
         &self,
-        is_end: mask32x16<S>,
+        is_end: Ends<S>,
         on: Crossings<S>,
         sizes: &T,
     ) -> Extents<S> {
         let Crossings { index, thread, offset, bits } = on;
         // An end runs along axis 1, whose bytes are the upper ones.
-        let runs = is_end.select(bits >> 16, bits);
+        let runs = is_end.mask.select(bits >> 16, bits);
         let (mut before, mut after) = (runs >> 1 & 0x7f, runs >> 9 & 0x7f);
         let is_endless = before.simd_eq(u32::from(ENDLESS));
         let is_far = before.simd_eq(u32::from(FAR)) | after.simd_eq(u32::from(FAR));
         if is_far.any_true() {
-            (before, after) = self.long_runs(is_end, index, [before, after]);
+            (before, after) = self.long_runs(is_end.mask, index, [before, after]);
         }
-        // On an endless thread there is nothing beyond.
-        let none = u32x16::splat(bits.token(), 0);
-        let before = Wide::from_u32(is_endless.select(none, before));
-        let after = Wide::from_u32(is_endless.select(none, after));
-        let (mut start, mut end) = (offset.of(0.0), offset.of(0.0));
+        if self.has_uncovered {
+            // On an endless thread there is nothing beyond.
+            let none = u32x16::splat(bits.token(), 0);
+            before = is_endless.select(none, before);
+            after = is_endless.select(none, after);
+        }
+        let (mut from_start, mut length) =
+            (Wide::from_u32(before) + offset, Wide::from_u32(before + after + 1));
         if !T::ARE_TOUCHING {
-            let start_thread = self.shifted(!is_end, thread, -before - 1.0);
-            let end_thread = self.shifted(!is_end, thread, after + 1.0);
-            (start, end) =
-                (slit(sizes.of(!is_end, start_thread)), slit(sizes.of(!is_end, end_thread)));
+            let crossed = WideMask::of(!is_end.mask);
+            let (before, after) = (Wide::from_u32(before), Wide::from_u32(after));
+            let start_thread = self.shifted(crossed, thread, -before - 1.0);
+            let end_thread = self.shifted(crossed, thread, after + 1.0);
+            let start = slit(sizes.of(crossed, start_thread));
+            length = length + start + slit(sizes.of(crossed, end_thread));
+            from_start = from_start + start;
         }
-        let length = before + after + 1.0 + start + end;
-        let count = self.counts(!is_end, offset);
-        let length = count.or(is_endless, length);
-        let from_start = (thread + offset).or(is_endless, before + offset + start);
-        Extents { is_straight: is_endless, length, along: from_start / length }
+        if self.has_uncovered {
+            let is_endless = WideMask::of(is_endless);
+            let count = self.counts(WideMask::of(!is_end.mask), offset);
+            length = count.or(is_endless, length);
+            from_start = (thread + offset).or(is_endless, from_start);
+        }
+        let inv_length = offset.of(1.0) / length;
+        Extents { is_straight: is_endless, inv_length, along: from_start * inv_length }
     }
 
     /// [`Weave::run`] where it is far.
@@ -235,25 +268,26 @@ impl Weave {
         is_hit: mask32x16<S>,
     ) -> Segments<S> {
         let Strands { is_end, across, size } = strand;
-        let Extents { is_straight, length, along } = extents;
+        let Extents { is_straight, inv_length, along } = extents;
         let x = across / size;
         let y = (along * 2.0 - 1.0).max(along.of(-1.0)).min(along.of(1.0));
         let [end, pick] = position.thread;
         Segments {
             is_hit,
-            is_warp: is_end,
+            is_warp: is_end.mask,
             is_straight,
-            thread: end.or(is_end, pick).to_u32(),
-            x: (-x).or(is_back | !is_end, x),
-            y: (-y).or(is_back & !is_end, y),
-            length,
+            thread: end.or(is_end.wide, pick).to_u32(),
+            x,
+            y,
+            is_mirrored: [is_back | !is_end.mask, is_back & !is_end.mask],
+            inv_length,
             width: size,
         }
     }
 
     /// The thread `steps` after `thread`, within one period of it, among ends where `is_end` holds.
     #[inline(always)]
-    fn shifted<S: Simd>(&self, is_end: mask32x16<S>, thread: Wide<S>, steps: Wide<S>) -> Wide<S> {
+    fn shifted<S: Simd>(&self, is_end: WideMask<S>, thread: Wide<S>, steps: Wide<S>) -> Wide<S> {
         let count = self.counts(is_end, thread);
         let shifted = thread + steps;
         let shifted = (shifted + count).or(shifted.lt(thread.of(0.0)), shifted);
@@ -262,7 +296,7 @@ impl Weave {
 
     /// How many ends there are where `are_ends` holds, and how many picks where not.
     #[inline(always)]
-    fn counts<S: Simd>(&self, are_ends: mask32x16<S>, like: Wide<S>) -> Wide<S> {
+    fn counts<S: Simd>(&self, are_ends: WideMask<S>, like: Wide<S>) -> Wide<S> {
         let [ends, picks] = self.periods.map(|period| f64::from(period.count()));
         like.of(ends).or(are_ends, like.of(picks))
     }
@@ -283,10 +317,11 @@ impl<S: Simd> Extents<S> {
     /// These where `mask` holds, else `other`.
     #[inline(always)]
     fn or(self, mask: mask32x16<S>, other: Self) -> Self {
+        let wide = WideMask::of(mask);
         Self {
             is_straight: mask.select(self.is_straight, other.is_straight),
-            length: self.length.or(mask, other.length),
-            along: self.along.or(mask, other.along),
+            inv_length: self.inv_length.or(wide, other.inv_length),
+            along: self.along.or(wide, other.along),
         }
     }
 }
@@ -306,10 +341,6 @@ fn slit<S: Simd>(size: Wide<S>) -> Wide<S> {
 /// The largest integers up to `x`, and the rests in [0, 1).
 #[inline(always)]
 fn split<S: Simd>(x: Wide<S>) -> (Wide<S>, Wide<S>) {
-    let rounded = (x + ROUND_F64) - ROUND_F64;
-    let rest = x - rounded;
-    // 1 where the rest has the sign of a number below 0, which −0 has as well.
-    let is_above = (-x.of(0.5).copysign(rest)) + 0.5;
-    let most = x.of(1.0 - 0.5 * f64::EPSILON);
-    (rounded - is_above, (rest + is_above).min(most))
+    let floor = x.floor();
+    (floor, (x - floor).min(x.of(1.0 - 0.5 * f64::EPSILON)))
 }

@@ -31,7 +31,8 @@ fn split(x: f64) -> (i64, f64) {
     /// fractions beyond.
     const ROUND: f64 = 1.5 / f64::EPSILON;
     let rounded = x + ROUND;
-    let rest = x - (rounded - ROUND);
+    // Without the sign of −0, which is in the cell 0.
+    let rest = x - (rounded - ROUND) + 0.0;
     // As a number, not a condition: that would be a branch which half of all positions mispredict.
     let is_above = rest.to_bits() >> 63;
     let cell = rounded.to_bits().wrapping_sub(is_above).wrapping_sub(ROUND.to_bits());
@@ -47,6 +48,8 @@ fn split(x: f64) -> (i64, f64) {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Period {
     count: u32,
+    /// 1 / `count`.
+    inverse: f64,
     /// A multiple of `count` near 2³¹, which makes cells above −2³¹ positive.
     shift: i64,
     /// 2⁶⁴ / `count`, rounded up, modulo 2⁶⁴.
@@ -57,11 +60,17 @@ impl Period {
     /// The period of `count` ≥ 1 threads.
     pub(super) fn new(count: u32) -> Self {
         let shift = (1 << 31) / i64::from(count) * i64::from(count);
-        Self { count, shift, reciprocal: (u64::MAX / u64::from(count)).wrapping_add(1) }
+        let reciprocal = (u64::MAX / u64::from(count)).wrapping_add(1);
+        Self { count, inverse: 1.0 / f64::from(count), shift, reciprocal }
     }
 
     pub(super) fn count(self) -> u32 {
         self.count
+    }
+
+    /// 1 over the number of threads.
+    pub(super) fn inverse(self) -> f64 {
+        self.inverse
     }
 
     /// `cell` modulo the period.

@@ -185,7 +185,7 @@ impl<S: Sizes> Query<'_, S> {
         let offset = self.position.fraction[axis] - on.steps as f64;
         let Some([before, after]) = self.weave.run(on.index, axis) else {
             let length = f64::from(period.count());
-            let along = (f64::from(on.thread) + offset) / length;
+            let along = (f64::from(on.thread) + offset) * (1.0 / length);
             let first = cell.wrapping_sub(on.thread.into());
             let extent = Extent { first, crossings: period.count(), length };
             return self.piece(strand, SegmentKind::Endless, extent, along);
@@ -208,7 +208,7 @@ impl<S: Sizes> Query<'_, S> {
         let end = slit(i64::from(after) + 1, -1.0);
         let crossings = before + after + 1;
         let length = f64::from(crossings) + start + end;
-        let along = (f64::from(before) + offset + start) / length;
+        let along = (f64::from(before) + offset + start) * (1.0 / length);
         let extent = Extent { first: cell.wrapping_sub(before.into()), crossings, length };
         let kind = if on.steps == 0 { SegmentKind::Top } else { SegmentKind::Extension };
         self.piece(strand, kind, extent, along)
@@ -223,7 +223,7 @@ impl<S: Sizes> Query<'_, S> {
         // Not 0 even where rounding closes the slit.
         let length = (near + far).max(f64::MIN_POSITIVE);
         let start = if side > 0.0 { 1.0 - near } else { -far };
-        let along = (self.position.fraction[axis] - start) / length;
+        let along = (self.position.fraction[axis] - start) * (1.0 / length);
         let extent = Extent { first: self.position.cell[axis], crossings: 0, length };
         self.piece(below, SegmentKind::Between, extent, along)
     }
