@@ -32,12 +32,12 @@ const TEXTURE_BYTES: f64 = 100e6;
 const MEMORY: f64 = 0.215;
 
 /// Rounds in which all shaders take turns, and those in bad cases.
-const ROUNDS: u64 = 5;
+const ROUNDS: u64 = 3;
 const FEWER: u64 = 2;
 
 /// Samples per pixel, those of references, the noise of adaptive runs and what ends them at the latest.
 const SPP: u64 = 16;
-const REFERENCE_SPP: u64 = 128;
+const REFERENCE_SPP: u64 = 64;
 const NOISE: f64 = 0.05;
 const MOST_SPP: u64 = 128;
 
