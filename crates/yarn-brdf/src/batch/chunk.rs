@@ -546,12 +546,18 @@ impl Shader {
         firsts: [usize; 2],
     ) -> [B; 2] {
         let looks = &self.materials.side_by_side;
-        let bright = |part: usize| {
-            B::of_blocks(firsts, |first| {
-                looks.look(simd, &points.yarn[first..first + LANES]).bright()[part]
-            })
-        };
-        [bright(0), bright(1)]
+        // A closure that is compiled on its own knows none of the instructions.
+        let highlight = B::of_blocks(
+            firsts,
+            #[inline(always)]
+            |first| looks.look(simd, &points.yarn[first..first + LANES]).bright()[0],
+        );
+        let diffuse = B::of_blocks(
+            firsts,
+            #[inline(always)]
+            |first| looks.look(simd, &points.yarn[first..first + LANES]).bright()[1],
+        );
+        [highlight, diffuse]
     }
 
     /// Sets the colours of the block of points from `first` on, and their densities.
