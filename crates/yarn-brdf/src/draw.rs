@@ -47,10 +47,10 @@ fn draw_highlight<R: Real>(
     let optics: &Optics<R::Scalar> = &piece.optics;
     let (along, across) = (optics.along(y), optics.across(x));
     let (along, across) = ((along.0, along.1), (across.0, across.1));
-    let drawn = || (from + (to - from) * a).sin_cos();
+    let drawn = from + (to - from) * a;
     let ((sin_u, cos_u), (sin_v, cos_v)) = match optics.spread {
-        Spread::Staple { .. } => (along, drawn()),
-        Spread::Filament { .. } => (drawn(), across),
+        Spread::Staple { .. } => (along, drawn.sin_cos()),
+        Spread::Filament { .. } => (drawn.sin_cos(), across),
         Spread::Rough { .. } => (along, across),
     };
     let n = normal(sin_u, cos_u, sin_v, cos_v);

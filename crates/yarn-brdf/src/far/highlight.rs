@@ -224,9 +224,8 @@ fn of_rough<R: Real<Scalar = f32>>(
         let across = one / (r * abs_sin_psi).max(one.of(1e-6));
         let middle =
             c * R::Scalar::select(optics.sin_psi.is_positive(), optics.cos_psi, -optics.cos_psi);
-        let angle = |cos: R| -cos.clamp_to(-one, one).asin() + FRAC_PI_2 - phi;
-        let from = from.max(angle((middle + reach) * across));
-        let to = to.min(angle((middle - reach) * across));
+        let from = from.max(arc_cosine((middle + reach) * across) - phi);
+        let to = to.min(arc_cosine((middle - reach) * across) - phi);
         let half = (to - from).max(zero) * 0.5;
         let centre = (from + to) * 0.5;
         let bend = optics.bend(sin_u);
@@ -242,6 +241,12 @@ fn of_rough<R: Real<Scalar = f32>>(
         }
     }
     sum
+}
+
+/// The angle whose cosine is nearest to `cos`, in [0, π].
+#[inline(always)]
+fn arc_cosine<R: Real<Scalar = f32>>(cos: R) -> R {
+    -cos.clamp_to(-cos.one(), cos.one()).asin() + FRAC_PI_2
 }
 
 /// The angles around the section, of at most a quarter turn from the middle, within which the yarn faces
