@@ -60,8 +60,8 @@ pub(crate) struct Kind {
     pub(crate) is_reshaped: bool,
     /// Whether the yarn looks the same everywhere.
     pub(crate) is_uniform: bool,
-    /// Whether it does but for the grains of its highlight.
-    pub(crate) is_grained: bool,
+    /// Whether it differs by more than the grains of its highlight and the lightness of its threads.
+    pub(crate) is_apart: bool,
 }
 
 /// A type of yarn whose u_max was lowered because its shortest segments are too short to bend so far.
@@ -109,8 +109,10 @@ pub(crate) struct SideBySide {
     pub(crate) keys: Vec<u32>,
     /// Colour, opacity, both specular colours, each followed by a 0.
     looks: Vec<[f32; 12]>,
-    /// Whether some type looks different from place to place by more than grains.
+    /// Whether some type looks different from place to place by more than grains and lightness.
     pub(crate) is_irregular: bool,
+    /// Whether threads of some type differ in lightness.
+    pub(crate) is_lightened: bool,
     /// For each type the strength of the grains of the highlight and their number per cell; one for all
     /// if they have the same, and empty if no type has any.
     pub(crate) grains: Vec<[f64; 2]>,
@@ -148,10 +150,10 @@ impl Materials {
                     |(target, _)| matches!(target, Target::Parameter(name) if *name != "opacity"),
                 );
             let noise = &yarn.noise;
-            let is_even = textures.is_empty() && !is_reshaped && noise.color == 0.0;
+            let is_apart = is_reshaped || !textures.is_empty();
             let kind = Kind {
-                is_uniform: is_even && noise.intensity == 0.0,
-                is_grained: is_even && noise.intensity > 0.0,
+                is_uniform: !is_apart && noise.intensity == 0.0 && noise.color == 0.0,
+                is_apart,
                 yarn: yarn.clone(),
                 textures,
                 is_reshaped,
@@ -283,8 +285,9 @@ impl SideBySide {
         Self {
             keys,
             looks: materials.iter().map(look).collect(),
-            is_irregular: kinds.iter().any(|kind| !(kind.is_uniform || kind.is_grained)),
-            grains: if kinds.iter().any(|kind| kind.is_grained) {
+            is_irregular: kinds.iter().any(|kind| kind.is_apart),
+            is_lightened: kinds.iter().any(|kind| kind.yarn.noise.color > 0.0),
+            grains: if kinds.iter().any(|kind| kind.yarn.noise.intensity > 0.0) {
                 let of =
                     |kind: &Kind| [kind.yarn.noise.intensity, kind.yarn.noise.fineness.round()];
                 let mut all: Vec<_> = kinds.iter().map(of).collect();

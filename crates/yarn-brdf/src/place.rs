@@ -46,6 +46,14 @@ impl<R: Real> Look<R> {
         [a.max(b).max(c).max(d).max(e).max(f), r.max(g).max(blue)]
     }
 
+    /// Makes the diffuse so many times as bright, but reflect no more than it receives.
+    #[inline(always)]
+    pub(crate) fn lighten(&mut self, factor: R) {
+        let [r, g, b] = self.color;
+        let one = factor.one();
+        self.color = [(r * factor).min(one), (g * factor).min(one), (b * factor).min(one)];
+    }
+
     /// Both lobes, highlight and diffuse, of a place that reflects `white` if it is white and opaque.
     #[inline(always)]
     pub(crate) fn lobes(&self, white: &White<R>) -> [[R; 3]; 2] {
@@ -144,6 +152,12 @@ impl Shader {
         grain * R::from_f64(noise.intensity) + R::from_f64(1.0 - noise.intensity)
     }
 
+    /// The factor of the colour of the thread `line`.
+    pub(crate) fn lightness<R: Scalar>(&self, noise: &Noise, is_warp: bool, line: i64) -> R {
+        let line = Line { seed: self.seed, is_warp, index: line };
+        R::from_f64(1.0 + noise.color * line.signed(Use::Lightness, 0))
+    }
+
     /// What textures and noise make of a segment: of its colours, and of its shape if they change it.
     #[inline(never)]
     fn irregular<R: Scalar>(
@@ -155,7 +169,6 @@ impl Shader {
         position: Position,
     ) -> (Look<R>, Option<Piece<R>>) {
         let mut look = look.clone();
-        let line = Line { seed: self.seed, is_warp: segment.is_warp, index: segment.line };
         let noise = &kind.yarn.noise;
         let color = |c: [f32; 3]| c.map(|value| R::from_f64(f64::from(value).clamp(0.0, 1.0)));
         for (target, texture) in &kind.textures {
@@ -178,8 +191,7 @@ impl Shader {
             look.intensity = self.grains(noise, &segment, position);
         }
         if noise.color > 0.0 {
-            let factor = R::from_f64(1.0 + noise.color * line.signed(Use::Lightness, 0));
-            look.color = look.color.map(|value| (value * factor).min(R::from_f64(1.0)));
+            look.lighten(self.lightness(noise, segment.is_warp, segment.line));
         }
         let reshaped = kind.is_reshaped.then(|| self.reshaped(kind, piece, &segment));
         (look, reshaped)

@@ -13,6 +13,7 @@ use crate::lanes::{LANES, put};
 use crate::material::Piece;
 use crate::pair::{Blocks, Pair, is_paired};
 use crate::phase::Parts;
+use crate::place::Look;
 use crate::shader::{Shader, White};
 
 /// Points in a chunk: with what is kept of those that are shaded, they fit in a first cache of 32 kB.
@@ -51,6 +52,8 @@ pub(super) struct Points {
     pub(super) wo: [[f32; CHUNK]; 3],
     /// The index of the type of yarn.
     pub(super) yarn: [u32; CHUNK],
+    /// The factor of the thread's colour; 1 where threads are alike.
+    pub(super) lightness: [f32; CHUNK],
     /// f of the peak, of the uniform part and of the diffuse, if the yarn were white; or a direction
     /// drawn in the yarn frame.
     white: [[f32; CHUNK]; 3],
@@ -110,7 +113,15 @@ impl Chunk {
 impl Points {
     fn new() -> Self {
         let none = [[0.0; CHUNK]; 3];
-        Self { at: none, wi: none, wo: none, yarn: [0; CHUNK], white: none, density: none }
+        Self {
+            at: none,
+            wi: none,
+            wo: none,
+            yarn: [0; CHUNK],
+            lightness: [1.0; CHUNK],
+            white: none,
+            density: none,
+        }
     }
 
     /// Where the points of the blocks from `firsts` on are, and their directions.
@@ -134,6 +145,7 @@ impl Points {
             }
             let yarns = u32x16::from_slice(mask.token(), &all.yarn[from..from + LANES]);
             yarns.compress(mask).store_slice(&mut self.yarn[to..to + LANES]);
+            pack(mask, &all.lightness, from, &mut self.lightness, to);
             return;
         }
         for (to, from) in (to..).zip(numbers(mask, from)) {
@@ -144,6 +156,7 @@ impl Points {
                 self.density[k][to] = all.density[k][from];
             }
             self.yarn[to] = all.yarn[from];
+            self.lightness[to] = all.lightness[from];
         }
     }
 
@@ -545,19 +558,29 @@ impl Shader {
         points: &Points,
         firsts: [usize; 2],
     ) -> [B; 2] {
-        let looks = &self.materials.side_by_side;
         // A closure that is compiled on its own knows none of the instructions.
         let highlight = B::of_blocks(
             firsts,
             #[inline(always)]
-            |first| looks.look(simd, &points.yarn[first..first + LANES]).bright()[0],
+            |first| self.look(simd, points, first).bright()[0],
         );
         let diffuse = B::of_blocks(
             firsts,
             #[inline(always)]
-            |first| looks.look(simd, &points.yarn[first..first + LANES]).bright()[1],
+            |first| self.look(simd, points, first).bright()[1],
         );
         [highlight, diffuse]
+    }
+
+    /// The looks of the block of points from `first` on, without the grains of the highlight.
+    #[inline(always)]
+    fn look<S: Simd>(&self, simd: S, points: &Points, first: usize) -> Look<f32x16<S>> {
+        let common = &self.materials.side_by_side;
+        let mut look = common.look(simd, &points.yarn[first..first + LANES]);
+        if common.is_lightened {
+            look.lighten(load(simd, &points.lightness, first));
+        }
+        look
     }
 
     /// Sets the colours of the block of points from `first` on, and their densities.
@@ -574,8 +597,7 @@ impl Shader {
             let Vector { x: peak, y: uniform, z: diffuse } =
                 vector(simd, &chunk.points.white, first);
             let white = White { highlight: Parts { peak, uniform }, diffuse };
-            let mut look =
-                self.materials.side_by_side.look(simd, &chunk.points.yarn[lanes.clone()]);
+            let mut look = self.look(simd, &chunk.points, first);
             look.intensity = load(simd, &chunk.intensity, first);
             let [[r, g, b], [s, t, u]] = look.lobes(&white);
             if wanted == Wanted::Sum {

@@ -79,10 +79,8 @@ impl Shader {
     fn set_apart(&self, first: usize, chunk: &mut Chunk) {
         for lane in first..first + LANES {
             let yarn = chunk.points.yarn[lane] as usize;
-            chunk.is_apart[lane] = chunk.piece[lane] != NOTHING && {
-                let kind = &self.materials.kinds[yarn];
-                !(kind.is_uniform || kind.is_grained)
-            };
+            chunk.is_apart[lane] =
+                chunk.piece[lane] != NOTHING && { self.materials.kinds[yarn].is_apart };
             if chunk.is_apart[lane] {
                 chunk.piece[lane] = NOTHING;
             }
@@ -123,7 +121,29 @@ impl Shader {
         if !self.materials.side_by_side.grains.is_empty() {
             self.set_grains(&position, &segments, first, chunk);
         }
+        if self.materials.side_by_side.is_lightened {
+            self.set_lightness(&position, segments.is_warp, first, chunk);
+        }
         found
+    }
+
+    /// Sets the factors of the colours of threads.
+    fn set_lightness<S: Simd>(
+        &self,
+        position: &Positions<S>,
+        is_warp: mask32x16<S>,
+        first: usize,
+        chunk: &mut Chunk,
+    ) {
+        let [ends, picks] = position.cell.map(Wide::to_array);
+        let points = &mut chunk.points;
+        let of_lanes = points.lightness[first..].iter_mut().zip(&points.yarn[first..]);
+        for (lane, (lightness, &yarn)) in of_lanes.take(LANES).enumerate() {
+            let noise = &self.materials.kinds[yarn as usize].yarn.noise;
+            let is_warp = is_warp.test(lane);
+            let line = if is_warp { ends[lane] } else { picks[lane] };
+            *lightness = self.lightness(noise, is_warp, line as i64);
+        }
     }
 
     /// Sets the factors of the highlight's grains.
@@ -235,6 +255,8 @@ impl Shader {
             chunk.piece[first + lane] = self.materials.side_by_side.keys[usize::from(yarn)] + key;
             let noise = &self.materials.kinds[usize::from(yarn)].yarn.noise;
             chunk.intensity[first + lane] = self.grains(noise, &segment, position);
+            chunk.points.lightness[first + lane] =
+                self.lightness(noise, segment.is_warp, segment.line);
             for (part, value) in at.iter_mut().zip([segment.x, segment.y, ratio]) {
                 part[lane] = value as f32;
             }
