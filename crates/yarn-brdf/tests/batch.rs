@@ -63,6 +63,7 @@ fn cloths() -> Vec<(String, Cloth)> {
         ("normal", Yarn { diffuse: Diffuse::YarnNormal, ..d() }),
         ("diffuse", Yarn { specular: [0.0; 3], ..d() }),
         ("noise", Yarn { noise: Noise { intensity: 0.8, ..Noise::default() }, ..d() }),
+        ("lightness", Yarn { noise: Noise { color: 0.6, ..Noise::default() }, ..d() }),
         ("moving", Yarn { noise: Noise { width: 0.3, ..Noise::default() }, size: 0.8, ..d() }),
     ];
     let mut cloths = Vec::new();

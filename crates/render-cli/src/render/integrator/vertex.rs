@@ -86,6 +86,10 @@ pub(super) struct Vertex<'a> {
 }
 
 /// A material at a point.
+#[expect(
+    clippy::large_enum_variant,
+    reason = "most are cloth, and to allocate takes more time than room"
+)]
 enum Scatterer<'a> {
     Matte(Vec3),
     Cloth(&'a Shader, Footprint),
