@@ -33,7 +33,7 @@ const MEMORY: f64 = 0.215;
 
 /// Rounds in which all shaders take turns, and those in bad cases.
 const ROUNDS: u64 = 3;
-const FEWER: u64 = 2;
+const FEWER: u64 = 1;
 
 /// Samples per pixel, those of references, the noise of adaptive runs and what ends them at the latest.
 const SPP: u64 = 16;
