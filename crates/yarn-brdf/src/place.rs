@@ -154,6 +154,9 @@ impl Shader {
 
     /// The factor of the colour of the thread `line`.
     pub(crate) fn lightness<R: Scalar>(&self, noise: &Noise, is_warp: bool, line: i64) -> R {
+        if noise.color == 0.0 {
+            return R::from_f64(1.0);
+        }
         let line = Line { seed: self.seed, is_warp, index: line };
         R::from_f64(1.0 + noise.color * line.signed(Use::Lightness, 0))
     }

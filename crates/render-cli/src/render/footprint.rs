@@ -37,9 +37,8 @@ pub const POINTS: usize = 4;
 /// Standard deviations of a footprint, in cells, up to which it has [`POINTS`], and twice as many; beyond, it
 /// has [`MOST_POINTS`].
 ///
-/// On denim, a tartan and charmeuse, twice as many as these take a tenth to a fifth off the noise and as
-/// much time; half as many have a fifth to a third more. Wider than a thread, the noise falls with the
-/// number itself.
+/// At these limits twice as many take about a fifth off the noise of denim and of a tartan; where a footprint
+/// is wider than a thread, twice as many as eight take a third off.
 const FEW: f64 = 0.2;
 const MORE: f64 = 0.35;
 
@@ -57,7 +56,7 @@ impl Footprint {
         let centre = centre.as_dvec2();
         let place = |point: Vec2| centre + (a * point.x + b * point.y).as_dvec2();
         let mut places = [DVec2::ZERO; MOST_POINTS];
-        // Each number of points is known where it is used, which takes half the time.
+        // A number of points that is known where they are made takes fewer instructions.
         let count = match cells.max_element() {
             width if width < FEW => fill(&mut places, gaussian_points::<POINTS>(square).map(place)),
             width if width < MORE => fill(&mut places, gaussian_points::<8>(square).map(place)),

@@ -3,7 +3,7 @@
 use std::ptr;
 
 use glam::{DVec2, Vec3};
-use selvedge_yarn_brdf::{Batch, Draws, Lobes, Samples, Shader};
+use selvedge_yarn_brdf::{Batch, Draws, Lobes, Sample, Samples, Shader};
 
 use crate::render::{detail::Tier, footprint::POINTS};
 
@@ -162,13 +162,13 @@ impl<'a> ClothPoints<'a> {
     }
 
     /// Calls `each` with each place and a direction drawn there, if there is one.
-    pub(super) fn samples(&self, tier: Tier, mut each: impl FnMut(usize, DVec2, Vec3)) {
+    pub(super) fn samples(&self, tier: Tier, mut each: impl FnMut(usize, DVec2, Sample)) {
         for (shader, points) in &self.cloths {
             if tier != Tier::Batch {
                 for (k, &of) in points.of.iter().enumerate() {
                     let (place, xi) = (points.place(k), vector(&points.wi, k).to_array());
                     if let Some(sample) = shader.sample(place, vector(&points.wo, k), xi) {
-                        each(of, place, sample.wi);
+                        each(of, place, sample);
                     }
                 }
                 continue;
@@ -186,7 +186,8 @@ impl<'a> ClothPoints<'a> {
                 .sample_batch(&Draws { uv, wo, xi, active }, samples)
                 .expect("all parts of a point are pushed together");
             for (k, &of) in points.of.iter().enumerate().filter(|&(k, _)| pdf[k] > 0.0) {
-                each(of, points.place(k), vector(&wi, k));
+                let sample = Sample { wi: vector(&wi, k), weight: vector(&weight, k), pdf: pdf[k] };
+                each(of, points.place(k), sample);
             }
         }
     }

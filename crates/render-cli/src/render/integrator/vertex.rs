@@ -32,7 +32,7 @@ pub(super) struct Bounce {
     pub(super) weight: Vec3,
     /// With which the direction was chosen, sr⁻¹.
     pub(super) density: f32,
-    /// Of the weight, by the diffuse lobe.
+    /// Of the weight, by the diffuse lobe; 0 if nobody asked.
     pub(super) diffuse_share: Vec3,
 }
 
@@ -323,11 +323,13 @@ pub(super) fn scattering(vertices: &[Vertex<'_>], lit: &[Lit], scene: &Scene) ->
     lobes
 }
 
-/// A way on from each vertex, chosen by the numbers of its path.
+/// A way on from each vertex, chosen by the numbers of its path; with the share of the diffuse lobe in
+/// it if `has_share`.
 pub(super) fn bounces<'a>(
     vertices: &[Vertex<'_>],
     samples: impl Iterator<Item = &'a mut Sample>,
     scene: &Scene,
+    has_share: bool,
 ) -> Vec<Option<Bounce>> {
     let mut cloth = ClothPoints::new(vertices.len());
     let mut bounces: Vec<_> = vertices
@@ -354,8 +356,12 @@ pub(super) fn bounces<'a>(
                 let square = sample.next_2d();
                 let numbers = [choice, square.x, square.y];
                 let drawn = shader.far_sample(footprint, vertex.wo, numbers)?;
-                let f = shader.far_eval_lobes(footprint, drawn.wi, vertex.wo);
-                let share = Lobes { diffuse: f.diffuse, other: f.specular }.diffuse_share();
+                let share = if has_share {
+                    let f = shader.far_eval_lobes(footprint, drawn.wi, vertex.wo);
+                    Lobes { diffuse: f.diffuse, other: f.specular }.diffuse_share()
+                } else {
+                    Vec3::ZERO
+                };
                 vertex.way_on(drawn.wi, drawn.weight / *cover, drawn.pdf, share)
             }
             Scatterer::Standard(point) => {
@@ -373,16 +379,22 @@ pub(super) fn bounces<'a>(
     let mut drawn = Vec::with_capacity(vertices.len());
     let mut all = ClothPoints::new(vertices.len() * MOST_POINTS);
     let are_pooled = are_pooled(scene);
-    cloth.samples(scene.tier, |index, place, wi| {
+    cloth.samples(scene.tier, |index, place, sample| {
         let vertex = &vertices[index];
-        if let Scatterer::Cloth(shader, footprint) = &vertex.scatterer {
-            if are_pooled {
-                all.push(drawn.len(), shader, footprint.some(0, MOST_POINTS), [wi, vertex.wo]);
-            } else {
-                all.push(drawn.len(), shader, iter::once(place), [wi, vertex.wo]);
-            }
-            drawn.push((index, wi));
+        let Scatterer::Cloth(shader, footprint) = &vertex.scatterer else { return };
+        if are_pooled {
+            let places = footprint.some(0, MOST_POINTS);
+            all.push(drawn.len(), shader, places, [sample.wi, vertex.wo]);
+            drawn.push((index, sample.wi));
+            return;
         }
+        let share = if has_share {
+            let f = shader.eval_lobes(place, sample.wi, vertex.wo);
+            Lobes { diffuse: f.diffuse, other: f.specular }.diffuse_share()
+        } else {
+            Vec3::ZERO
+        };
+        bounces[index] = vertex.way_on(sample.wi, sample.weight, sample.pdf, share);
     });
     all.scattering(scene.tier, |which, places| {
         let (index, wi) = drawn[which];
