@@ -75,6 +75,7 @@
 //! arrives from `wi` with the radiance L adds f L |wi.z| to what is seen from `wo`.
 
 mod batch;
+mod checked;
 mod draft;
 mod entry;
 mod fabric;

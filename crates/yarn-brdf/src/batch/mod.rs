@@ -9,6 +9,7 @@
 
 mod chunk;
 mod places;
+mod points;
 
 use core::ops::Range;
 
@@ -18,7 +19,8 @@ use glam::{DVec2, Vec3};
 use crate::lanes::dispatch;
 use crate::sampling::Sample;
 use crate::shader::{Lobes, Shader};
-use chunk::{CHUNK, Chunk, NOTHING, Wanted};
+use chunk::{Chunk, NOTHING, Wanted};
+use points::CHUNK;
 
 /// Points to be shaded, component by component: all slices are equally long.
 #[derive(Clone, Copy, Debug)]
