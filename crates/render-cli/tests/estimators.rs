@@ -7,11 +7,11 @@ use std::sync::Arc;
 use glam::{DVec3, Vec2, Vec3};
 use selvedge_cli::{
     fabric,
-    render::{View, exposure::Expose, film::Size, integrator::Estimator},
+    render::{View, detail::Level, exposure::Expose, film::Size, integrator::Estimator},
     scene::{
         Material, Scene, Surface,
         drape::{CameraPlacement, RectangleLight},
-        light::{Constant, Light, Lights, Quad, Sphere},
+        light::{Constant, Light, Lights, Quad, Sky, Sphere},
         mesh::Mesh,
         shape::Shape,
     },
@@ -20,6 +20,25 @@ use selvedge_normalize::scale::Mode;
 
 /// A cloth of 4 cm at z = 0 under a lamp, a small ball and an even sky.
 fn scene(material: Material) -> Scene {
+    let ball = Light::Sphere(Sphere {
+        centre: Vec3::new(-0.05, 0.05, 0.05),
+        radius: 0.01,
+        radiance: Vec3::new(9.0, 6.0, 3.0),
+    });
+    let sky = Light::Constant(Constant { radiance: Vec3::splat(0.2) });
+    scene_of(vec![cloth(material)], vec![lamp(), ball, sky])
+}
+
+fn lamp() -> Light {
+    let shape = RectangleLight {
+        centre: Vec3::new(0.05, 0.02, 0.08),
+        half_u: 0.02 * Vec3::Y,
+        half_v: 0.02 * Vec3::X,
+    };
+    Light::Quad(Quad::new(shape, Vec3::splat(4.0)))
+}
+
+fn cloth(material: Material) -> Surface {
     let corners = [Vec2::NEG_ONE, Vec2::new(1.0, -1.0), Vec2::ONE, Vec2::new(-1.0, 1.0)];
     let corners = corners.map(|corner| corner * 0.02);
     let mesh = Mesh::new(
@@ -28,27 +47,16 @@ fn scene(material: Material) -> Scene {
         corners.map(|corner| corner + 0.02).into(),
         vec![[0, 1, 2], [0, 2, 3]],
     );
+    Surface { mesh: Arc::new(mesh.unwrap()), material }
+}
+
+fn scene_of(surfaces: Vec<Surface>, lights: Vec<Light>) -> Scene {
     let camera = CameraPlacement {
         position: Vec3::new(0.0, -0.1, 0.1),
         target: Vec3::ZERO,
         up: Vec3::Z,
         horizontal_fov: 0.1,
     };
-    let shape = RectangleLight {
-        centre: Vec3::new(0.05, 0.02, 0.08),
-        half_u: 0.02 * Vec3::Y,
-        half_v: 0.02 * Vec3::X,
-    };
-    let lights = vec![
-        Light::Quad(Quad::new(shape, Vec3::splat(4.0))),
-        Light::Sphere(Sphere {
-            centre: Vec3::new(-0.05, 0.05, 0.05),
-            radius: 0.01,
-            radiance: Vec3::new(9.0, 6.0, 3.0),
-        }),
-        Light::Constant(Constant { radiance: Vec3::splat(0.2) }),
-    ];
-    let surfaces = vec![Surface { mesh: Arc::new(mesh.unwrap()), material }];
     Scene::new(surfaces, camera, lights, 4).unwrap()
 }
 
@@ -156,6 +164,56 @@ fn estimators_agree_on_every_kind_of_cloth() {
                 difference.cmple(bound).all(),
                 "{name}, {estimator:?}: {found}, expected {expected} within {bound}"
             );
+        }
+    }
+}
+
+/// A sky is met along one of several directions that the places of cloth draw together; a constant light along a single
+/// one, or drawn.
+#[test]
+fn sky_is_as_bright_as_a_light_that_is_drawn() {
+    let wall = Mesh::with_smooth_normals(
+        [[1.0, -4.0, 0.0], [1.0, 4.0, 0.0], [1.0, 4.0, 4.0], [1.0, -4.0, 4.0]]
+            .map(|corner| Vec3::from_array(corner) * 0.005)
+            .into(),
+        vec![Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y],
+        vec![[0, 1, 2], [0, 2, 3]],
+    );
+    let wall = Arc::new(wall.unwrap());
+    for name in ["cotton-gauze", "denim", "silk-charmeuse"] {
+        let source = fabric::read(format!("preset:{name}").as_ref()).unwrap();
+        let material = source.cloth(&source.draft().drawdown().unwrap()).unwrap();
+        let material = Material::cloth(source.shader(&material).unwrap());
+        let surfaces = || {
+            let matte = Material::Matte(Vec3::splat(0.7));
+            vec![cloth(material.clone()), Surface { mesh: Arc::clone(&wall), material: matte }]
+        };
+        // As narrow as a thread, and some threads wide.
+        for fov in [0.005, 0.04] {
+            let radiance = Vec3::new(0.2, 0.3, 0.5);
+            let constant = Light::Constant(Constant { radiance });
+            let sky = Light::Sky(Sky { zenith: radiance, horizon: radiance });
+            let mean_under = |light: &Light, estimator| {
+                let mut scene = scene_of(surfaces(), vec![lamp(), light.clone()]);
+                scene.camera.horizontal_fov = fov;
+                scene.detail.level = Level::Near;
+                scene.estimator = estimator;
+                mean(&scene, 256)
+            };
+            let (expected, deviation) = mean_under(&constant, Estimator::Lights);
+            for (how, light, estimator) in [
+                ("drawn or met", constant, Estimator::Both),
+                ("met", sky.clone(), Estimator::Both),
+                ("met, as the lamp", sky, Estimator::Directions),
+            ] {
+                let (found, other) = mean_under(&light, estimator);
+                let difference = (found - expected).abs();
+                let bound = 4.0 * (deviation.powf(2.0) + other.powf(2.0)).map(f64::sqrt);
+                assert!(
+                    difference.cmple(bound).all(),
+                    "{name}, {fov} rad, {how}: {found}, expected {expected} within {bound}"
+                );
+            }
         }
     }
 }

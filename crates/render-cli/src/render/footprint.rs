@@ -5,7 +5,7 @@
 //! from point to point: over the width of a pixel, light, view and normal stay the same. So
 //! scattering is averaged over a few points for each ray, which costs less than more rays do.
 
-use std::f32::consts::TAU;
+use std::{f32::consts::TAU, ops::Range};
 
 use glam::{DVec2, Vec2};
 
@@ -78,11 +78,6 @@ impl Footprint {
         }
     }
 
-    /// The point that `choice` in [0, 1) names, uv in metres.
-    pub fn pick(&self, choice: f32) -> DVec2 {
-        self.places[((choice * self.count as f32) as usize).min(self.count - 1)]
-    }
-
     /// `count` of the points, or all, in turn from number `first` on; uv in metres.
     pub fn some(&self, first: usize, count: usize) -> impl ExactSizeIterator<Item = DVec2> {
         (first..first + count.min(self.count)).map(|k| self.places[k % self.count])
@@ -109,6 +104,13 @@ pub fn axes(point: &SurfacePoint, beam: &Beam, distance: f32) -> [Vec2; 2] {
         let uv = Vec2::new(cast.cross(dp_dv).dot(normal), dp_du.cross(cast).dot(normal)) / area;
         if uv.is_finite() { uv } else { Vec2::ZERO }
     })
+}
+
+/// `count` points shared out as evenly as can be among `most` groups of neighbours, or as many as there are
+/// points: the range of each.
+pub fn groups(count: usize, most: usize) -> impl Iterator<Item = Range<usize>> {
+    let groups = count.min(most);
+    (0..groups).map(move |k| k * count / groups..(k + 1) * count / groups)
 }
 
 /// Puts `points` first, and returns how many they are.
@@ -164,6 +166,20 @@ mod tests {
         };
         assert_eq!([0.0, 0.3, 0.4].map(|width| count(DVec2::new(0.1, width))), [4, 8, 16]);
         assert_eq!(count(DVec2::NAN), 16);
+    }
+
+    #[test]
+    fn groups_take_each_point_once() {
+        for count in 1..=MOST_POINTS {
+            for most in [1, 3, 4] {
+                let all: Vec<_> = groups(count, most).flatten().collect();
+                assert_eq!(all, (0..count).collect::<Vec<_>>());
+                let sizes: Vec<_> = groups(count, most).map(|group| group.len()).collect();
+                assert_eq!(sizes.len(), count.min(most));
+                let (least, greatest) = (sizes.iter().min(), sizes.iter().max());
+                assert!(greatest.unwrap() - least.unwrap() <= 1, "{sizes:?}");
+            }
+        }
     }
 
     #[test]

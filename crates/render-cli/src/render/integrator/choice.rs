@@ -1,4 +1,4 @@
-//! Which of the lights of a vertex is looked for.
+//! Which one of several things stands for all of them.
 
 use glam::Vec3;
 
@@ -19,24 +19,36 @@ const HUGE: f32 = 1e37;
 /// The choice is what a sum of all lights costs that looks for one of them alone (Talbot, Cline & Egbert
 /// 2005).
 pub(super) fn choose<'a>(lit: &'a [Lit], f: &[Lobes], xi: f32) -> Option<(&'a Lit, Lobes)> {
-    let brought = || lit.iter().zip(f).map(|(lit, lobes)| lobes.scaled(lit.weight));
-    let weight = |lobes: Lobes| (lobes.diffuse + lobes.other).element_sum().min(HUGE);
-    let (sum, count) = brought()
-        .map(weight)
-        .filter(|&weight| weight > 0.0)
-        .fold((0.0, 0), |(sum, count), weight| (sum + weight, count + 1));
+    let brought = |(lit, lobes): (&Lit, &Lobes)| lobes.scaled(lit.weight);
+    let weights = lit.iter().zip(f).map(brought).map(|lobes| weight(lobes.diffuse + lobes.other));
+    let (k, probability) = pick(weights, EVEN, xi)?;
+    Some((&lit[k], brought((&lit[k], &f[k])).scaled(Vec3::splat(1.0 / probability))))
+}
+
+/// By which colours are chosen.
+pub(super) fn weight(color: Vec3) -> f32 {
+    color.element_sum().min(HUGE)
+}
+
+/// The number of one of the `weights`, chosen by `xi` in [0, 1), and its probability: in proportion to it but for
+/// a share `even`, which those above 0 have in common. `None` if there are none.
+pub(super) fn pick(
+    weights: impl Iterator<Item = f32> + Clone,
+    even: f32,
+    xi: f32,
+) -> Option<(usize, f32)> {
+    let weights = weights.enumerate().filter(|&(_, weight)| weight > 0.0);
+    let (sum, count) =
+        weights.clone().fold((0.0, 0), |(sum, count), (_, weight)| (sum + weight, count + 1));
     let mut rest = xi;
-    let mut chosen = None;
-    for (lit, lobes) in lit.iter().zip(brought()) {
-        let weight = weight(lobes);
-        if weight > 0.0 {
-            let probability = (1.0 - EVEN) * (weight / sum) + EVEN / count as f32;
-            chosen = Some((lit, lobes.scaled(Vec3::splat(1.0 / probability))));
-            rest -= probability;
-            if rest < 0.0 {
-                break;
-            }
+    let mut picked = None;
+    for (k, weight) in weights {
+        let probability = (1.0 - even) * (weight / sum) + even / count as f32;
+        picked = Some((k, probability));
+        rest -= probability;
+        if rest < 0.0 {
+            break;
         }
     }
-    chosen
+    picked
 }

@@ -1,6 +1,6 @@
 //! Many places of cloth at once.
 
-use std::ptr;
+use std::{ops::Range, ptr};
 
 use glam::{DVec2, Vec3};
 use selvedge_yarn_brdf::{Batch, Draws, Lobes, Sample, Samples, Shader};
@@ -31,10 +31,25 @@ pub(super) struct Scattering<'a> {
 }
 
 impl Scattering<'_> {
+    /// How many places these are.
+    pub(super) fn count(&self) -> usize {
+        self.pdf.len()
+    }
+
+    /// Those of `range` alone.
+    #[inline]
+    pub(super) fn some(&self, range: Range<usize>) -> Scattering<'_> {
+        Scattering {
+            specular: self.specular.map(|part| &part[range.clone()]),
+            diffuse: self.diffuse.map(|part| &part[range.clone()]),
+            pdf: &self.pdf[range],
+        }
+    }
+
     /// The density of the direction if any of the places may have drawn it, sr⁻¹.
     #[inline]
     pub(super) fn density(&self) -> f32 {
-        self.pdf.iter().sum::<f32>() / self.pdf.len() as f32
+        self.pdf.iter().sum::<f32>() / self.count() as f32
     }
 
     /// The sums of both lobes, diffuse and specular, each place weighed by what `weight` makes of its

@@ -1,16 +1,18 @@
 //! What happens where paths meet surfaces.
 
-use std::{f32::consts::FRAC_1_PI, iter};
+mod bounce;
+
+use std::f32::consts::FRAC_1_PI;
 
 use glam::{Mat3, Vec3};
-use selvedge_normalize::warp::square_to_cosine_hemisphere;
 use selvedge_yarn_brdf::Shader;
 
+pub(super) use self::bounce::bounces;
 use super::{Estimator, balance, cloth::ClothPoints};
 use crate::{
     render::{
         exposure::{FirstHit, YarnSeen},
-        footprint::{self, Beam, Footprint, MOST_POINTS},
+        footprint::{self, Beam, Footprint, MOST_POINTS, POINTS},
         intersect::{Hit, Ray},
         sampler::Sample,
     },
@@ -23,18 +25,6 @@ use crate::{
 
 /// Least share of a cloth that is not gaps where one of its threads was hit.
 const LEAST_COVER: f32 = 1e-3;
-
-/// The way on from a surface.
-pub(super) struct Bounce {
-    /// Unit length, world space.
-    pub(super) direction: Vec3,
-    /// f cos θ over the density.
-    pub(super) weight: Vec3,
-    /// With which the direction was chosen, sr⁻¹.
-    pub(super) density: f32,
-    /// Of the weight, by the diffuse lobe; 0 if nobody asked.
-    pub(super) diffuse_share: Vec3,
-}
 
 /// Something of each lobe of a surface.
 #[derive(Clone, Copy, Debug, Default)]
@@ -220,13 +210,6 @@ impl<'a> Vertex<'a> {
     pub(super) fn leave(&self, scene: &Scene, direction: Vec3) -> Vec3 {
         scene.geometry().offset(self.point.position, self.point.geometric_normal, direction)
     }
-
-    /// The way on in the direction `wi`, if that is in front.
-    fn way_on(&self, wi: Vec3, weight: Vec3, density: f32, diffuse_share: Vec3) -> Option<Bounce> {
-        let direction = (self.frame * wi).normalize();
-        let goes_on = weight != Vec3::ZERO && self.is_in_front(wi, direction);
-        goes_on.then_some(Bounce { direction, weight, density, diffuse_share })
-    }
 }
 
 /// At how many of `vertices` cloth is shaded near, and at how many far.
@@ -308,111 +291,42 @@ pub(super) fn scattering(vertices: &[Vertex<'_>], lit: &[Lit], scene: &Scene) ->
         }
     };
     let mut lobes: Vec<_> = lit.iter().enumerate().map(of_light).collect();
-    let are_pooled = are_pooled(scene);
+    let drawing = Drawing::of(scene);
     cloth.scattering(scene.tier, |index, places| {
-        let count = places.pdf.len() as f32;
         let found = lit[index].density;
-        let [diffuse, other] = if are_pooled {
-            let weight = balance(found, places.density()) / count;
-            places.sums(|_| weight)
-        } else {
+        let count = places.count() as f32;
+        let [diffuse, other] = if drawing.is_alone {
             places.sums(|pdf| balance(found, pdf) / count)
+        } else {
+            let groups = footprint::groups(places.count(), drawing.groups).map(|group| {
+                let group = places.some(group);
+                let weight = balance(found, group.density()) / count;
+                group.sums(|_| weight)
+            });
+            groups.fold([Vec3::ZERO; 2], |[diffuse, other], [d, o]| [diffuse + d, other + o])
         };
         lobes[index] = Lobes { diffuse, other };
     });
     lobes
 }
 
-/// A way on from each vertex, chosen by the numbers of its path; with the share of the diffuse lobe in
-/// it if `has_share`.
-pub(super) fn bounces<'a>(
-    vertices: &[Vertex<'_>],
-    samples: impl Iterator<Item = &'a mut Sample>,
-    scene: &Scene,
-    has_share: bool,
-) -> Vec<Option<Bounce>> {
-    let mut cloth = ClothPoints::new(vertices.len());
-    let mut bounces: Vec<_> = vertices
-        .iter()
-        .zip(samples)
-        .enumerate()
-        .map(|(index, (vertex, sample))| match &vertex.scatterer {
-            Scatterer::Matte(reflectance) => {
-                let wi = square_to_cosine_hemisphere(sample.next_2d().as_dvec2()).as_vec3();
-                let density = wi.z * FRAC_1_PI;
-                let wi = wi.with_z(wi.z * vertex.wo.z.signum());
-                vertex.way_on(wi, *reflectance, density, Vec3::ONE)
-            }
-            Scatterer::Cloth(shader, footprint) => {
-                let place = footprint.pick(sample.next_1d());
-                let choice = sample.next_1d();
-                let square = sample.next_2d();
-                let numbers = Vec3::new(choice, square.x, square.y);
-                cloth.push(index, shader, iter::once(place), [numbers, vertex.wo]);
-                None
-            }
-            Scatterer::FarCloth(shader, footprint, cover) => {
-                let choice = sample.next_1d();
-                let square = sample.next_2d();
-                let numbers = [choice, square.x, square.y];
-                let drawn = shader.far_sample(footprint, vertex.wo, numbers)?;
-                let share = if has_share {
-                    let f = shader.far_eval_lobes(footprint, drawn.wi, vertex.wo);
-                    Lobes { diffuse: f.diffuse, other: f.specular }.diffuse_share()
-                } else {
-                    Vec3::ZERO
-                };
-                vertex.way_on(drawn.wi, drawn.weight / *cover, drawn.pdf, share)
-            }
-            Scatterer::Standard(point) => {
-                let choice = sample.next_1d();
-                let square = sample.next_2d();
-                let drawn = point.sample(vertex.wo, [choice, square.x, square.y])?;
-                let [diffuse, other] = point.eval_lobes(drawn.wi, vertex.wo);
-                let share = Lobes { diffuse, other }.diffuse_share();
-                vertex.way_on(drawn.wi, drawn.weight, drawn.pdf, share)
-            }
-        })
-        .collect();
-    // Any of the places might have drawn the direction, so all of them are asked what they scatter there:
-    // that takes up to half the noise off what is found along it.
-    let mut drawn = Vec::with_capacity(vertices.len());
-    let mut all = ClothPoints::new(vertices.len() * MOST_POINTS);
-    let are_pooled = are_pooled(scene);
-    cloth.samples(scene.tier, |index, place, sample| {
-        let vertex = &vertices[index];
-        let Scatterer::Cloth(shader, footprint) = &vertex.scatterer else { return };
-        if are_pooled {
-            let places = footprint.some(0, MOST_POINTS);
-            all.push(drawn.len(), shader, places, [sample.wi, vertex.wo]);
-            drawn.push((index, sample.wi));
-            return;
-        }
-        let share = if has_share {
-            let f = shader.eval_lobes(place, sample.wi, vertex.wo);
-            Lobes { diffuse: f.diffuse, other: f.specular }.diffuse_share()
-        } else {
-            Vec3::ZERO
-        };
-        bounces[index] = vertex.way_on(sample.wi, sample.weight, sample.pdf, share);
-    });
-    all.scattering(scene.tier, |which, places| {
-        let (index, wi) = drawn[which];
-        let density = places.density();
-        if density > 0.0 {
-            let [diffuse, other] =
-                places.sums(|_| wi.z.abs() / (density * places.pdf.len() as f32));
-            let share = Lobes { diffuse, other }.diffuse_share();
-            bounces[index] = vertices[index].way_on(wi, diffuse + other, density, share);
-        }
-    });
-    bounces
+/// How the places of a vertex on cloth draw ways on.
+#[derive(Clone, Copy)]
+struct Drawing {
+    /// Most [groups](footprint::groups) that they are shared out among, each of which draws a direction.
+    groups: usize,
+    /// Whether a direction is the work of the one place that drew it, as where several lights share the places out
+    /// between them. Else all of the group might have drawn it.
+    is_alone: bool,
 }
 
-/// Whether all places of a vertex look at the same light, and the density of a direction is the mean over
-/// them. Where they share out several lights between them, each goes by its own.
-fn are_pooled(scene: &Scene) -> bool {
-    scene.lights.looked_at() <= 1
+impl Drawing {
+    /// Of what is found along rays alone, several directions tell much more than one; where every light is
+    /// drawn, too, they take more time than they save.
+    fn of(scene: &Scene) -> Self {
+        let groups = if scene.lights.has_sky() { POINTS } else { 1 };
+        Self { groups, is_alone: scene.lights.looked_at() > 1 }
+    }
 }
 
 /// The surface at `hit`. Where the shading normal says that `wo_world` looks at the other side than

@@ -18,6 +18,7 @@ pub struct Lights {
     chosen: Option<usize>,
     /// How often each of them is looked at on average.
     expected: Vec<f32>,
+    has_sky: bool,
 }
 
 impl Lights {
@@ -44,7 +45,8 @@ impl Lights {
             }
         };
         let expected = (0..lights.len()).map(expected).collect();
-        Self { lights, sums, chosen, expected }
+        let has_sky = lights.iter().any(|light| matches!(light, Light::Sky(_)));
+        Self { lights, sums, chosen, expected, has_sky }
     }
 
     /// All of them.
@@ -73,6 +75,11 @@ impl Lights {
                 (self.expected(k) > 0.0).then_some(k)
             }
         })
+    }
+
+    /// Whether there is one that is never drawn, but found along rays alone.
+    pub fn has_sky(&self) -> bool {
+        self.has_sky
     }
 
     /// How often [`Lights::draw`] names the light `index` on average.
