@@ -2,10 +2,10 @@ use std::f32::consts::{PI, TAU};
 
 use glam::{Vec2, Vec3Swizzles};
 
-use super::*;
+use super::{hierarchy::tests::brute_force, *};
 
 /// Halton points in [0, 1), base 2, 3 and 5.
-fn points(count: u32) -> impl Iterator<Item = [f32; 3]> {
+pub(super) fn points(count: u32) -> impl Iterator<Item = [f32; 3]> {
     (1..=count).map(|index| {
         [2, 3, 5].map(|base| {
             let (mut rest, mut digit, mut value) = (index, 1.0, 0.0);
@@ -31,7 +31,7 @@ fn mesh(positions: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Mesh {
 }
 
 /// A closed sphere of 4·n·(n − 1) triangles, with slivers at the poles.
-fn sphere(n: u32, radius: f32, centre: Vec3) -> Mesh {
+pub(super) fn sphere(n: u32, radius: f32, centre: Vec3) -> Mesh {
     let (rings, sectors) = (n, 2 * n);
     let mut positions = vec![Vec3::Z, -Vec3::Z];
     for ring in 1..rings {
@@ -70,7 +70,7 @@ fn sphere(n: u32, radius: f32, centre: Vec3) -> Mesh {
 }
 
 /// Small triangles strewn through the unit cube.
-fn confetti(count: u32) -> Mesh {
+pub(super) fn confetti(count: u32) -> Mesh {
     let mut positions = Vec::new();
     for (i, point) in points(count).enumerate() {
         let centre = Vec3::from_array(point);
@@ -81,19 +81,6 @@ fn confetti(count: u32) -> Mesh {
         }
     }
     mesh(positions, (0..count).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect())
-}
-
-fn brute_force(meshes: &[&Mesh], ray: &Ray, t_min: f32, t_max: f32) -> Option<f32> {
-    let test = TriangleTest::new(ray)?;
-    let level = Level::baseline();
-    let corners = meshes.iter().flat_map(|m| (0..m.triangles().len()).map(|t| m.corners(t as u32)));
-    let hits = corners.filter_map(|corners| {
-        let block = Block::new([corners].into_iter());
-        dispatch!(level, simd => {
-            test.hits(simd, &block, [t_min, t_max]).map(|hits| hits.t[0])
-        })
-    });
-    hits.reduce(f32::min)
 }
 
 #[test]
@@ -352,32 +339,11 @@ fn extreme_scales_are_hit() {
 }
 
 #[test]
-fn equal_meshes_give_equal_hierarchies() {
-    let build = || Geometry::new(&[&sphere(40, 1.0, Vec3::ZERO), &confetti(500)]).unwrap();
-    let (a, b) = (build(), build());
-    assert!(a.tree == b.tree && a.blocks == b.blocks && a.names == b.names);
-}
-
-#[test]
-fn each_level_of_the_processor_gives_the_same_bits() {
-    let geometry = Geometry::new(&[&confetti(3000), &sphere(20, 0.4, Vec3::splat(0.5))]).unwrap();
-    let mut plain = Geometry::new(&[&confetti(3000), &sphere(20, 0.4, Vec3::splat(0.5))]).unwrap();
-    plain.level = Level::baseline();
-    for point in points(4000) {
-        let origin = Vec3::from_array(point) * 3.0 - Vec3::ONE;
-        let direction = (Vec3::from_array([point[1], point[2], point[0]]) - origin).normalize();
-        let ray = Ray { origin, direction };
-        let found = geometry.intersect(&ray, 0.0, f32::INFINITY);
-        assert_eq!(found, plain.intersect(&ray, 0.0, f32::INFINITY), "{ray:?}");
-    }
-}
-
-#[test]
 fn many_rays_at_once_find_what_each_finds() {
     let meshes = [&confetti(3000), &sphere(20, 0.4, Vec3::splat(0.5))];
     let geometry = Geometry::new(&meshes).unwrap();
     let mut plain = Geometry::new(&meshes).unwrap();
-    plain.level = Level::baseline();
+    plain.traversal.level = fearless_simd::Level::baseline();
     // From one place into similar directions, from similar places, anywhere, and towards vertices.
     let vertices = meshes[1].positions();
     let rays: Vec<_> = points(4000)

@@ -11,9 +11,9 @@ use fearless_simd::{f32x8, f32x16, prelude::*};
 use glam::Vec3;
 
 use super::{
-    Geometry, Hit, Ray,
-    triangle::{BLOCK, TriangleTest, meet},
-    wide::{BoxTest, SMALLEST, Stack, WIDTH, lanes, leaf, opposite, put_off},
+    Hierarchy, Hit, Ray,
+    triangle::{BLOCK, TriangleTest, lanes, meet},
+    wide::{BoxTest, SMALLEST, Stack, WIDTH, leaf, opposite, put_off},
 };
 
 /// Most rays of a packet.
@@ -120,12 +120,12 @@ impl<S: Simd> Packet<S> {
     pub(super) fn visit(
         &mut self,
         simd: S,
-        geometry: &Geometry,
+        hierarchy: &Hierarchy,
         t_min: f32,
         is_ordered: bool,
         mut see: impl FnMut(usize, &Hit) -> f32,
     ) {
-        let tree = &geometry.tree;
+        let tree = &hierarchy.tree;
         let Some((_, mut node)) = tree.root() else { return };
         let mut stack = Stack::<(u32, u32)>::new();
         let mut limit = greatest(self.t_max);
@@ -166,7 +166,7 @@ impl<S: Simd> Packet<S> {
                             #[inline(always)]
                             |leaf, entry, t_max| {
                                 let limits = [t_min, t_max];
-                                geometry.visit_leaf(
+                                hierarchy.visit_leaf(
                                     simd,
                                     &triangles,
                                     leaf,
@@ -179,7 +179,7 @@ impl<S: Simd> Packet<S> {
                         );
                     }
                 } else if let Some(leaf) = leaf(child) {
-                    self.visit_leaf(simd, geometry, leaf, entries, t_min, &mut see);
+                    self.visit_leaf(simd, hierarchy, leaf, entries, t_min, &mut see);
                 } else {
                     node = child;
                     continue 'nodes;
@@ -257,18 +257,18 @@ impl<S: Simd> Packet<S> {
         (entry.into(), entry.simd_le(exit).to_bitmask() as u32)
     }
 
-    /// As [`Geometry::visit_leaf`] for all rays, with the triangles one after the other.
+    /// As [`Hierarchy::visit_leaf`] for all rays, with the triangles one after the other.
     #[inline(always)]
     fn visit_leaf(
         &mut self,
         simd: S,
-        geometry: &Geometry,
+        hierarchy: &Hierarchy,
         leaf: usize,
         entries: f32x16<S>,
         t_min: f32,
         see: &mut impl FnMut(usize, &Hit) -> f32,
     ) {
-        let block = &geometry.blocks[leaf];
+        let block = &hierarchy.blocks[leaf];
         let zero = f32x16::splat(simd, 0.0);
         for triangle in 0..BLOCK {
             let mut corners = [[zero; 3]; 3];
@@ -285,7 +285,7 @@ impl<S: Simd> Packet<S> {
                 |t| t.simd_ge(entries) & t.simd_gt(f32x16::splat(simd, t_min)) & t.simd_lt(t_max),
             );
             let Some(hits) = hits else { continue };
-            let (mesh, triangle) = geometry.names[leaf][triangle];
+            let (mesh, triangle) = hierarchy.names[leaf][triangle];
             for lane in lanes(hits.met) {
                 let (t, barycentrics) = (hits.t[lane], hits.barycentrics(lane));
                 self.t_max[lane] = see(lane, &Hit { t, mesh, triangle, barycentrics });

@@ -16,13 +16,13 @@ use obvhs::{
     ploc::PlocBuilder,
 };
 
-use super::{Ray, triangle::BLOCK};
+use super::{
+    MAX_DEPTH, Ray,
+    triangle::{BLOCK, lanes},
+};
 
 /// Children of a node.
 pub(super) const WIDTH: usize = 8;
-
-/// Levels of nodes that can be traversed.
-pub(super) const MAX_DEPTH: usize = 31;
 
 /// Each level leaves at most all children but one for later.
 const STACK: usize = MAX_DEPTH * (WIDTH - 1) + 1;
@@ -181,20 +181,6 @@ pub(super) type Stack<T> = ArrayVec<(f32, T), STACK>;
 #[inline(always)]
 pub(super) fn leaf(child: u32) -> Option<usize> {
     (child & LEAF != 0).then_some((child & !LEAF) as usize)
-}
-
-/// Bits that are set in `mask`, from the lowest.
-#[inline(always)]
-pub(super) fn lanes(mut mask: u32) -> impl Iterator<Item = usize> {
-    std::iter::from_fn(
-        #[inline(always)]
-        move || {
-            let lane = mask.trailing_zeros() as usize;
-            let is_there = mask != 0;
-            mask &= mask.wrapping_sub(1);
-            is_there.then_some(lane)
-        },
-    )
 }
 
 /// Leaves `children` for later, but for the one that comes next: the nearest, if that matters.

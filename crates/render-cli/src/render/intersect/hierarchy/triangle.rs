@@ -9,7 +9,7 @@ use std::ops::{Index, IndexMut};
 use fearless_simd::{f32x4, prelude::*};
 use glam::Vec3;
 
-use super::{Ray, wide::lanes};
+use super::Ray;
 
 /// Triangles in a block.
 pub(super) const BLOCK: usize = 4;
@@ -161,6 +161,20 @@ fn area<S: Simd, V: SimdFloat<S, Element = f32>>(
     // The last is for products that underflow. What is infinite, as in empty lanes, is not close.
     let bound = (a.abs() + b.abs()) * ROUNDING + f32::MIN_POSITIVE;
     (area, area.abs().simd_lt(bound))
+}
+
+/// Bits that are set in `mask`, from the lowest.
+#[inline(always)]
+pub(super) fn lanes(mut mask: u32) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(
+        #[inline(always)]
+        move || {
+            let lane = mask.trailing_zeros() as usize;
+            let is_there = mask != 0;
+            mask &= mask.wrapping_sub(1);
+            is_there.then_some(lane)
+        },
+    )
 }
 
 /// Puts twice the signed areas between the origin and the edges of triangles, given by the x and y
