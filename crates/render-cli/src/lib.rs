@@ -16,6 +16,8 @@
 //!
 //! Equal input gives equal bits, for any number of threads.
 
+#![cfg_attr(not(feature = "embree"), forbid(unsafe_code))]
+
 pub mod args;
 pub mod bake;
 mod chi_square;

@@ -104,7 +104,10 @@ fn closed_sphere_lets_no_ray_out() {
                 assert_eq!(geometry.occluded(&ray, 0.0, f32::INFINITY), found.is_some());
             }
         }
-        assert_eq!(misses, [0; 3], "towards vertices, edges, anywhere: of {count} each");
+        // Of rays aimed at vertices, Embree lets 1.3 % through.
+        let most = [if cfg!(feature = "embree") { count / 50 } else { 0 }, 0, 0];
+        let is_tight = (0..3).all(|kind| misses[kind] <= most[kind]);
+        assert!(is_tight, "{misses:?} towards vertices, edges, anywhere: of {count} each");
     }
 }
 
@@ -160,6 +163,9 @@ fn needles_leave_no_gap() {
     assert_eq!(misses, 0, "of 20000 rays");
 }
 
+/// Of distances: brute force has the arithmetic of our own traversal, to the bit.
+const ROUNDING: f32 = if cfg!(feature = "embree") { 2e-6 } else { 0.0 };
+
 #[test]
 fn agrees_with_brute_force() {
     let (a, b) = (confetti(700), sphere(12, 0.4, Vec3::splat(0.5)));
@@ -177,7 +183,9 @@ fn agrees_with_brute_force() {
         let (t_min, t_max) = (0.3 * point[1], if index % 5 == 0 { 1.0 } else { f32::INFINITY });
         let expected = brute_force(&[&a, &b], &ray, t_min, t_max);
         let found = geometry.intersect(&ray, t_min, t_max);
-        assert_eq!(found.map(|hit| hit.t), expected, "{ray:?} {t_min} {t_max}");
+        let difference = found.map_or(0.0, |hit| (hit.t - expected.unwrap_or(f32::NAN)).abs());
+        assert_eq!(found.is_some(), expected.is_some(), "{ray:?} {t_min} {t_max}");
+        assert!(difference <= ROUNDING, "{ray:?} {t_min} {t_max} {found:?} {expected:?}");
         assert_eq!(geometry.occluded(&ray, t_min, t_max), expected.is_some(), "{ray:?}");
         hits += usize::from(found.is_some());
     }
@@ -272,7 +280,10 @@ fn a_ray_close_to_an_edge_hits_one_side_only() {
     let geometry = Geometry::new(&[&pair]).unwrap();
     let ray = Ray { origin: Vec3::Z, direction: -Vec3::Z };
     let hits = |triangle| geometry.occluded_where(&ray, 0.0, 2.0, |hit| hit.triangle == triangle);
-    assert_eq!([hits(0), hits(1)], [false, true]);
+    let hits = [hits(0), hits(1)];
+    // Embree takes both for hit.
+    let is_right = hits == [false, true] || cfg!(feature = "embree") && hits[1];
+    assert!(is_right, "{hits:?}");
 }
 
 #[test]
@@ -301,8 +312,10 @@ fn heaps_of_equal_triangles_are_all_hit_or_refused() {
         false
     }));
     assert_eq!(seen, 150);
-    let error = Geometry::new(&[&heap([0, 1, 2], 5000)]).unwrap_err();
-    assert!(matches!(error, GeometryError::TooDeep(_)), "{error}");
+    match Geometry::new(&[&heap([0, 1, 2], 5000)]) {
+        Ok(geometry) => assert_eq!(geometry.intersect(&ray, 0.0, 2.0).unwrap().t, 1.0),
+        Err(error) => assert!(matches!(error, GeometryError::TooDeep(_)), "{error}"),
+    }
 }
 
 #[test]
@@ -338,12 +351,22 @@ fn extreme_scales_are_hit() {
     }
 }
 
+/// The geometry as the least processor has it. Embree knows by itself which it has.
+fn at_baseline(geometry: Geometry) -> Geometry {
+    #[cfg(not(feature = "embree"))]
+    let geometry = {
+        let mut geometry = geometry;
+        geometry.traversal.level = fearless_simd::Level::baseline();
+        geometry
+    };
+    geometry
+}
+
 #[test]
 fn many_rays_at_once_find_what_each_finds() {
     let meshes = [&confetti(3000), &sphere(20, 0.4, Vec3::splat(0.5))];
     let geometry = Geometry::new(&meshes).unwrap();
-    let mut plain = Geometry::new(&meshes).unwrap();
-    plain.traversal.level = fearless_simd::Level::baseline();
+    let plain = at_baseline(Geometry::new(&meshes).unwrap());
     // From one place into similar directions, from similar places, anywhere, and towards vertices.
     let vertices = meshes[1].positions();
     let rays: Vec<_> = points(4000)
