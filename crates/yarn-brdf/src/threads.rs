@@ -6,7 +6,9 @@ use crate::cloth::Cloth;
 use crate::lanes::{Wide, WideMask};
 use crate::material::Shapes;
 use crate::noise::{Line, Use};
-use crate::weave::{LaneSizes, Local, Position, Segment, Side, Sizes, ThreadPoint, Touching};
+use crate::weave::{
+    LaneSizes, Local, Position, Segment, Side, Sizes, ThreadPoint, Touching, split,
+};
 use crate::yarn::Noise;
 
 /// The threads of one repeat.
@@ -228,17 +230,10 @@ impl Varying {
             let line = Line { seed, is_warp: true, index: index % LINES };
             // In steps of half a wave or more, so that there are as many numbers as points.
             let waves = self.waves_per_cell[1].min(self.slubs_per_cell[1]);
-            let position = (index / LINES) as f64 * (0.5 + GOLDEN) / waves;
-            let whole = position.floor();
+            let (cell, fraction) = split((index / LINES) as f64 * (0.5 + GOLDEN) / waves);
             self.at(
                 line,
-                ThreadPoint {
-                    is_warp: true,
-                    thread: 0,
-                    line: line.index,
-                    cell: whole as i64,
-                    fraction: position - whole,
-                },
+                ThreadPoint { is_warp: true, thread: 0, line: line.index, cell, fraction },
             )
             .size
         };
@@ -251,9 +246,7 @@ impl Varying {
         // In whole steps of noise and a rest, so that nothing is lost far from the origin: the
         // product of the whole part is exact enough in f64 up to 10⁹ repeats.
         let split = |per_cell: f64, start: f64| {
-            let position = (point.cell as f64 + point.fraction) * per_cell + start;
-            let whole = position.floor();
-            (whole as i64, position - whole)
+            split((point.cell as f64 + point.fraction) * per_cell + start)
         };
         // Every thread starts elsewhere: the zeros of gradient noise would line up across the cloth.
         let start = line.index as f64 * GOLDEN;

@@ -14,6 +14,7 @@ mod sizes;
 
 pub(crate) use lanes::{LaneSizes, Positions, Segments};
 pub use position::Position;
+pub(crate) use position::split;
 pub use query::{Segment, SegmentKind, Side};
 pub use sizes::{Local, Sizes, ThreadPoint, ThreadSizes, Touching};
 

@@ -26,7 +26,7 @@ impl Position {
 ///
 /// Not by `f64::floor`, which is a function call on processors without SSE 4.1, nor by a conversion,
 /// which is several instructions where it has to saturate.
-fn split(x: f64) -> (i64, f64) {
+pub(crate) fn split(x: f64) -> (i64, f64) {
     /// Added to a number up to 2⁵¹, this leaves its nearest integer in the last bits. There are no
     /// fractions beyond.
     const ROUND: f64 = 1.5 / f64::EPSILON;
