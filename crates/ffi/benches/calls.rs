@@ -210,12 +210,16 @@ fn at_once(rust: &selvedge_yarn_brdf::Shader, c: *const Shader, points: &[Point]
     let batch = Batch { uv, wi, wo, active: None };
     let draws = Draws { uv, wo, xi, active: None };
     let mut planes: [Vec<f32>; 7] = array::from_fn(|_| vec![0.0; POINTS]);
+    let mut turned = Turned::new(points);
     let mut memories = LAYOUTS.map(|(_, of)| Memory::new(of, points));
 
     for call in ["eval", "pdf", "sample"] {
         let mut of_rust = f64::MAX;
         let mut of_c = [f64::MAX; LAYOUTS.len()];
+        let mut of_turning = [f64::MAX; LAYOUTS.len()];
         for _ in 0..RUNS {
+            time(&mut of_turning[1], || turned.vectors(black_box(rust), call));
+            time(&mut of_turning[2], || turned.structures(black_box(rust), call, points));
             let [x, y, z, r, g, b, pdf] = planes.each_mut().map(Vec::as_mut_slice);
             time(&mut of_rust, || {
                 let (wi, weight) = ([x, y, z], [r, g, b]);
@@ -250,11 +254,122 @@ fn at_once(rust: &selvedge_yarn_brdf::Shader, c: *const Shader, points: &[Point]
                 assert_eq!(memory.found(i)[skipped..], expected[skipped..], "{call}, {name}, {i}");
             }
         }
-        let compared = LAYOUTS.iter().zip(of_c).map(|((name, _), of_c)| {
-            format!("{name} {of_c:.2} ({:+.1} %)", 100.0 * (of_c / of_rust - 1.0))
-        });
-        let compared: Vec<_> = compared.collect();
-        println!("{call}, at once: Rust {of_rust:.2}, C from {}", compared.join(", "));
+        of_turning[0] = of_rust;
+        for (((name, _), of_c), of_rust) in LAYOUTS.iter().zip(of_c).zip(of_turning) {
+            let more = 100.0 * (of_c / of_rust - 1.0);
+            println!("{call}, {name}: Rust {of_rust:.2}, C {of_c:.2} ({more:+.1} %)");
+        }
+    }
+}
+
+/// What a caller of Rust does whose points do not lie in slices of components: turns them round for the batch,
+/// and what it returns back.
+struct Turned {
+    /// The points as arrays of vectors, and what is found there.
+    uv: Vec<[f64; 2]>,
+    vectors: [Vec<[f32; 3]>; 3],
+    found: [Vec<[f32; 3]>; 2],
+    pdf: Vec<f32>,
+    /// What is found as an array of structures: wi, weight or f, and pdf.
+    structures: Vec<[f32; 7]>,
+    /// Slices of components.
+    places: [Vec<f64>; 2],
+    parts: [[Vec<f32>; 3]; 2],
+    planes: [Vec<f32>; 7],
+}
+
+impl Turned {
+    fn new(points: &[Point]) -> Self {
+        let vectors = [|p: &Point| p.wi, |p: &Point| p.wo, |p: &Point| p.xi]
+            .map(|of| points.iter().map(of).collect());
+        let plane = || vec![0.0; POINTS];
+        Self {
+            uv: points.iter().map(|point| point.uv).collect(),
+            vectors,
+            found: [(); 2].map(|()| vec![[0.0; 3]; POINTS]),
+            pdf: plane(),
+            structures: vec![[0.0; 7]; POINTS],
+            places: [(); 2].map(|()| vec![0.0; POINTS]),
+            parts: [(); 2].map(|()| [(); 3].map(|()| plane())),
+            planes: [(); 7].map(|()| plane()),
+        }
+    }
+
+    fn vectors(&mut self, rust: &selvedge_yarn_brdf::Shader, call: &str) {
+        let [wi, wo, xi] = &self.vectors;
+        let first = if call == "sample" { xi } else { wi };
+        turn(&mut self.places, self.uv.iter().copied());
+        turn(&mut self.parts[0], first.iter().copied());
+        turn(&mut self.parts[1], wo.iter().copied());
+        self.shade(rust, call);
+        let [x, y, z, r, g, b, pdf] = &self.planes;
+        let [wi, weight] = &mut self.found;
+        if call == "sample" {
+            turn_back(wi, [x, y, z]);
+        }
+        if call != "pdf" {
+            turn_back(weight, [r, g, b]);
+        }
+        if call != "eval" {
+            self.pdf.copy_from_slice(pdf);
+        }
+        black_box((&mut self.found, &mut self.pdf));
+    }
+
+    fn structures(&mut self, rust: &selvedge_yarn_brdf::Shader, call: &str, points: &[Point]) {
+        let first = |p: &Point| if call == "sample" { p.xi } else { p.wi };
+        turn(&mut self.places, points.iter().map(|p| p.uv));
+        turn(&mut self.parts[0], points.iter().map(first));
+        turn(&mut self.parts[1], points.iter().map(|p| p.wo));
+        self.shade(rust, call);
+        let first = match call {
+            "sample" => 0,
+            "eval" => 3,
+            _ => 6,
+        };
+        let last = if call == "eval" { 6 } else { 7 };
+        for (k, plane) in self.planes.iter().enumerate().take(last).skip(first) {
+            for (structure, &x) in self.structures.iter_mut().zip(plane) {
+                structure[k] = x;
+            }
+        }
+        black_box(&mut self.structures);
+    }
+
+    fn shade(&mut self, rust: &selvedge_yarn_brdf::Shader, call: &str) {
+        let uv = self.places.each_ref().map(Vec::as_slice);
+        let [first, wo] = self.parts.each_ref().map(|of| of.each_ref().map(Vec::as_slice));
+        let [x, y, z, r, g, b, pdf] = self.planes.each_mut().map(Vec::as_mut_slice);
+        let (wi, weight) = ([x, y, z], [r, g, b]);
+        let batch = Batch { uv, wi: first, wo, active: None };
+        match call {
+            "eval" => rust.eval_batch(&batch, weight),
+            "pdf" => rust.pdf_batch(&batch, pdf),
+            _ => {
+                let draws = Draws { uv, wo, xi: first, active: None };
+                rust.sample_batch(&draws, Samples { wi, weight, pdf })
+            }
+        }
+        .expect("all are equally long");
+    }
+}
+
+/// Sets `parts` to the components of as many `vectors`.
+fn turn<T: Copy, const N: usize>(
+    parts: &mut [Vec<T>; N],
+    vectors: impl ExactSizeIterator<Item = [T; N]>,
+) {
+    let mut parts = parts.each_mut().map(|part| &mut part[..vectors.len()]);
+    for (i, vector) in vectors.enumerate() {
+        for (part, x) in parts.iter_mut().zip(vector) {
+            part[i] = x;
+        }
+    }
+}
+
+fn turn_back(vectors: &mut [[f32; 3]], [x, y, z]: [&Vec<f32>; 3]) {
+    for (vector, ((&x, &y), &z)) in vectors.iter_mut().zip(x.iter().zip(y).zip(z)) {
+        *vector = [x, y, z];
     }
 }
 
