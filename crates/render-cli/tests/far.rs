@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test stops at what it does not expect")]
 
-use std::num::NonZeroU32;
+use std::{num::NonZeroU32, ops::RangeInclusive};
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -58,21 +58,21 @@ fn errors(shader: &Shader, size: DVec2, pairs: &[[DVec3; 2]], count: u32) -> Vec
     errors
 }
 
-/// The fabric `name` with none of its irregularities, tried with so many pairs of directions.
-fn check(name: &str, count: usize) {
+/// The fabric `name` with none of its irregularities, tried with so many pairs of directions and as many points for
+/// each crossing, within `range`.
+fn check(name: &str, count: usize, per_crossing: u32, range: RangeInclusive<u32>) {
     let mut cloth = cloth(name);
     for yarn in &mut cloth.yarns {
         yarn.noise = Noise::default();
     }
     let shader = cloth.prepare().unwrap();
-    // Some points for every crossing.
-    let points = (12 * cells(&cloth)).clamp(60_000, 600_000);
+    let points = (per_crossing * cells(&cloth)).clamp(*range.start(), *range.end());
     let errors = errors(&shader, cloth.size(), &pairs(count), points);
     let [median, most, worst] = [count / 2, count * 9 / 10, count - 1].map(|k| errors[k]);
     println!("{name:18} median {median:.5}, 90 % {most:.5}, worst {worst:.5}");
     assert!(
-        median < 2e-3 && most < 4e-3 && worst < 0.02,
-        "{name}: {median}, {most}, {worst}, expected 0.002, 0.004 and 0.02"
+        median < 1e-3 && most < 3e-3 && worst < 5e-3,
+        "{name}: {median}, {most}, {worst}, expected 0.001, 0.003 and 0.005"
     );
 }
 
@@ -85,7 +85,7 @@ fn far_field_is_the_mean_of_the_near_field() {
     for preset in PRESETS {
         // Large repeats take long.
         if cells(&cloth(preset.name)) <= 1024 {
-            check(preset.name, 10);
+            check(preset.name, 10, 12, 60_000..=600_000);
         }
     }
 }
@@ -94,6 +94,7 @@ fn far_field_is_the_mean_of_the_near_field() {
 #[ignore = "takes minutes; prints a table"]
 fn far_field_is_the_mean_of_the_near_field_in_every_direction() {
     for preset in PRESETS {
-        check(preset.name, 200);
+        // With fewer, the mean of the near field itself is off by more than half a percent along narrow highlights.
+        check(preset.name, 200, 48, 960_000..=2_400_000);
     }
 }

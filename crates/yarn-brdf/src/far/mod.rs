@@ -162,7 +162,7 @@ impl Shader {
         let mut lobes = Lobes::default();
         if piece.has_highlight {
             let rule = &group.rules[usize::from(grazes(wi, wo))];
-            let [base, slope] = highlight::mean(optics, rule, load, wi, wo);
+            let [base, slope] = highlight::mean(simd, optics, rule, wi, wo);
             let color = |part: [Vec3; 2], base: f32, slope: f32| part[0] * base - part[1] * slope;
             let specular = color(tinted.peak, sum(base.peak), sum(slope.peak))
                 + color(tinted.uniform, sum(base.uniform), sum(slope.uniform));
