@@ -42,13 +42,13 @@ impl Shader {
     #[must_use]
     pub fn sample(&self, uv: DVec2, wo: Vec3, xi: [f32; 3]) -> Option<Sample> {
         self.with_seen(uv, wo, |seen| {
-            let place = seen.place;
-            let wi = draw(place.piece, place.at, &seen.drawing, seen.wo, xi);
+            let (place, drawing) = (seen.place, self.drawing_of(seen));
+            let wi = draw(place.piece, place.at, &drawing, seen.wo, xi);
             // Rounded as whoever asks for its density has it.
             let wi = (wi.z > 0.0).then(|| self.to_surface(seen, wi))?;
             let wi_yarn = self.to_yarn(seen, wi)?;
-            let pdf = seen.density(wi_yarn);
-            let [specular, diffuse] = self.lobes_at(seen.place, wi_yarn, seen.wo).map(Vec3::from);
+            let pdf = density(place.piece, place.at, &drawing, wi_yarn, seen.wo);
+            let [specular, diffuse] = self.lobes_at(place, wi_yarn, seen.wo).map(Vec3::from);
             let weight = (specular + diffuse) * wi.z.abs() / pdf;
             (pdf > 0.0 && weight.is_finite()).then_some(Sample { wi, weight, pdf })
         })?
@@ -59,7 +59,10 @@ impl Shader {
     /// Its integral over `wi` is at most 1, and less by the draws that are not samples.
     #[must_use]
     pub fn pdf(&self, uv: DVec2, wi: Vec3, wo: Vec3) -> f32 {
-        let pdf = self.with_seen(uv, wo, |seen| Some(seen.density(self.to_yarn(seen, wi)?)));
+        let pdf = self.with_seen(uv, wo, |seen| {
+            let (place, wi) = (seen.place, self.to_yarn(seen, wi)?);
+            Some(density(place.piece, place.at, &self.drawing_of(seen), wi, seen.wo))
+        });
         pdf.flatten().unwrap_or(0.0)
     }
 
@@ -88,11 +91,14 @@ impl Shader {
         let wo = Vector::<f32>::of(wo);
         let (side, wo, _) = self.oriented(wo, wo)?;
         self.with_place(&self.materials.single, uv, side, |place| {
-            let wo = to_yarn(wo, place.segment.is_warp);
-            let drawing = self.drawing(place.piece, place.at, wo, place.look.bright());
-            let seen = Seen { side, place, wo, drawing };
-            use_it(&seen)
+            use_it(&Seen { side, place, wo: to_yarn(wo, place.segment.is_warp) })
         })
+    }
+
+    /// How directions are drawn there.
+    fn drawing_of(&self, seen: &Seen<'_>) -> Drawing<f32> {
+        let place = seen.place;
+        self.drawing(place.piece, place.at, seen.wo, place.look.bright())
     }
 
     /// A direction of the yarn frame in the shading frame.
@@ -117,12 +123,4 @@ struct Seen<'a> {
     place: &'a Place<'a, f32>,
     /// In the yarn frame.
     wo: Vector<f32>,
-    drawing: Drawing<f32>,
-}
-
-impl Seen<'_> {
-    /// The density of both lobes at `wi`, in the yarn frame.
-    fn density(&self, wi: Vector<f32>) -> f32 {
-        density(self.place.piece, self.place.at, &self.drawing, wi, self.wo)
-    }
 }
