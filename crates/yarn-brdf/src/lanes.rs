@@ -243,6 +243,12 @@ impl<S: Simd> WideMask<S> {
         Self([low, high])
     }
 
+    /// That of the first eight and that of the others.
+    #[inline(always)]
+    pub(crate) fn halves(self) -> [mask64x8<S>; 2] {
+        self.0
+    }
+
     /// As one of sixteen `f32`.
     #[inline(always)]
     pub(crate) fn narrow(self) -> mask32x16<S> {
@@ -288,6 +294,18 @@ impl<S: Simd> Wide<S> {
         // The bits of 2⁵² have room for an integer at their end.
         let (low, high) = integers.interleave((TWO_52.to_bits() >> 32) as u32);
         Self([low.bitcast(), high.bitcast()]) - TWO_52
+    }
+
+    /// Integers below 2⁵³ as numbers.
+    #[inline(always)]
+    pub(crate) fn from_u53(integers: [u64x8<S>; 2]) -> Self {
+        // The bits of 2⁸⁴ and of 2⁵² have room for the upper and the lower half at their ends.
+        let [a, b] = integers;
+        let (high_a, high_b) = (a >> 32 | TWO_84.to_bits(), b >> 32 | TWO_84.to_bits());
+        let half = u64::from(u32::MAX);
+        let (low_a, low_b) = (a & half | TWO_52.to_bits(), b & half | TWO_52.to_bits());
+        let high = Self([high_a.bitcast(), high_b.bitcast()]);
+        high - (TWO_84 + TWO_52) + Self([low_a.bitcast(), low_b.bitcast()])
     }
 
     /// Numbers that are integers in [0, 2³²) as such.
@@ -379,7 +397,13 @@ impl<S: Simd> Wide<S> {
     /// The same number in every lane.
     #[inline(always)]
     pub(crate) fn of(self, value: f64) -> Self {
-        Self::splat(self.0[0].token(), value)
+        Self::splat(self.token(), value)
+    }
+
+    /// The instructions that these lanes are made for.
+    #[inline(always)]
+    pub(crate) fn token(self) -> S {
+        self.0[0].token()
     }
 }
 
@@ -388,6 +412,9 @@ pub(crate) const ROUND_F64: f64 = 1.5 / f64::EPSILON;
 
 /// Added to a number in [0, 2³²), this leaves its nearest integer in the last bits.
 const TWO_52: f64 = 1.0 / f64::EPSILON;
+
+/// 2³² times that.
+const TWO_84: f64 = TWO_52 * (1_u64 << 32) as f64;
 
 macro_rules! impl_operators {
     ($($Operator:ident, $operator:ident;)*) => { $(

@@ -88,6 +88,7 @@ mod frame;
 mod lanes;
 mod material;
 mod math;
+mod moving;
 mod noise;
 mod pair;
 mod parameter;

@@ -18,7 +18,7 @@ use crate::reflectance::{Reflectance, SHAPES};
 use crate::segment::{Optics, normal};
 use crate::texture::{Target, Texture};
 use crate::variants::{Tables, Variants};
-use crate::yarn::{Diffuse, Yarn};
+use crate::yarn::{Diffuse, Noise, Yarn};
 
 /// Greatest (w/l) sin u_max: the spine would have no length at 1.
 const STEEPEST: f64 = 0.999;
@@ -111,10 +111,10 @@ pub(crate) struct SideBySide {
     looks: Vec<[f32; 12]>,
     /// Whether some type looks different from place to place by more than grains and lightness.
     pub(crate) is_irregular: bool,
-    /// Whether threads of some type differ in lightness.
-    pub(crate) is_lightened: bool,
-    /// For each type the strength of the grains of the highlight and their number per cell; one for all
-    /// if they have the same, and empty if no type has any.
+    /// For each type how much threads differ in lightness; one for all if they have the same, and empty if no
+    /// type has any.
+    pub(crate) lightness: Vec<f64>,
+    /// The strength of the grains of the highlight and their number per cell, in the same way.
     pub(crate) grains: Vec<[f64; 2]>,
     /// Whether some type has lowered pieces.
     pub(crate) is_lowered: bool,
@@ -269,6 +269,23 @@ impl Materials {
     }
 }
 
+/// What `of` finds for each type, or `none`: one for all if they have the same, and nothing if no type has any.
+fn for_types<T: Copy + PartialEq>(
+    kinds: &[Kind],
+    of: impl Fn(&Noise) -> Option<T>,
+    none: T,
+) -> Vec<T> {
+    let found = kinds.iter().map(|kind| of(&kind.yarn.noise));
+    if found.clone().all(|one| one.is_none()) {
+        return vec![];
+    }
+    let mut all: Vec<T> = found.map(|one| one.unwrap_or(none)).collect();
+    if all.iter().all(|one| *one == all[0]) {
+        all.truncate(1);
+    }
+    all
+}
+
 impl SideBySide {
     fn new(materials: &[Material<f32>], kinds: &[Kind]) -> Self {
         let mut keys = Vec::<u32>::new();
@@ -286,18 +303,14 @@ impl SideBySide {
             keys,
             looks: materials.iter().map(look).collect(),
             is_irregular: kinds.iter().any(|kind| kind.is_apart),
-            is_lightened: kinds.iter().any(|kind| kind.yarn.noise.color > 0.0),
-            grains: if kinds.iter().any(|kind| kind.yarn.noise.intensity > 0.0) {
-                let of =
-                    |kind: &Kind| [kind.yarn.noise.intensity, kind.yarn.noise.fineness.round()];
-                let mut all: Vec<_> = kinds.iter().map(of).collect();
-                if all.iter().all(|one| *one == all[0]) {
-                    all.truncate(1);
-                }
-                all
-            } else {
-                vec![]
-            },
+            lightness: for_types(kinds, |noise| (noise.color > 0.0).then_some(noise.color), 0.0),
+            grains: for_types(
+                kinds,
+                |noise| {
+                    (noise.intensity > 0.0).then_some([noise.intensity, noise.fineness.round()])
+                },
+                [0.0, 1.0],
+            ),
             is_lowered: materials.iter().any(|material| !material.lowered.is_empty()),
         }
     }

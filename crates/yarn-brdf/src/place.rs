@@ -4,13 +4,14 @@ use glam::DVec2;
 
 use crate::azimuth::AzimuthSampler;
 use crate::material::{Kind, Material, Piece};
+use crate::moving::Moving;
 use crate::noise::{Line, Use};
 use crate::phase::Parts;
 use crate::real::{Real, Scalar};
 use crate::segment::Optics;
 use crate::shader::{Shader, White};
 use crate::texture::Target;
-use crate::threads::{Constant, Fill, Moving};
+use crate::threads::{Constant, Fill};
 use crate::weave::{Position, Segment, Side, Touching};
 use crate::yarn::{Noise, Yarn};
 
@@ -111,8 +112,8 @@ impl Shader {
                 let sizes = Constant { threads: &self.threads, sizes };
                 self.weave.segment_at(side, position, &sizes)
             }
-            Fill::Varying { seed, types } => {
-                let sizes = Moving { threads: &self.threads, seed: *seed, types };
+            Fill::Varying(types) => {
+                let sizes = Moving { threads: &self.threads, types };
                 self.weave.segment_at(side, position, &sizes)
             }
         }?;

@@ -1,15 +1,14 @@
 //! The threads of a cloth: the type of each, and how much of its pitch it fills where.
 
-use fearless_simd::{Simd, prelude::*};
+use fearless_simd::{Simd, mask32x16, prelude::*, u32x16};
 
 use crate::cloth::Cloth;
-use crate::lanes::{Wide, WideMask};
+use crate::lanes::Wide;
 use crate::material::Shapes;
-use crate::noise::{Line, Use};
+use crate::moving::{Types, Varying};
 use crate::weave::{
-    LaneSizes, Local, Position, Segment, Side, Sizes, ThreadPoint, Touching, split,
+    LaneLocals, LanePoints, LaneSizes, Local, Position, Segment, Side, Sizes, ThreadPoint, Touching,
 };
-use crate::yarn::Noise;
 
 /// The threads of one repeat.
 #[derive(Clone, Debug)]
@@ -30,19 +29,7 @@ pub(crate) enum Fill {
     /// A constant share, by type of yarn.
     Constant(Vec<f64>),
     /// A share that changes along the thread.
-    Varying { seed: u64, types: Vec<Varying> },
-}
-
-/// How the diameter and place of one type of yarn change.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Varying {
-    size: f64,
-    noise: Noise,
-    /// Wavelengths, and half lengths of a thick place, per cell along a pick and along an end.
-    waves_per_cell: [f64; 2],
-    slubs_per_cell: [f64; 2],
-    /// Chance of a thick place in half the length of one.
-    chance: f64,
+    Varying(Types),
 }
 
 impl Threads {
@@ -51,18 +38,8 @@ impl Threads {
         let fill = if yarns.iter().any(|yarn| yarn.noise.moves_threads()) {
             // Along a pick a cell is as long as the pitch of the ends.
             let lengths = [cloth.pitch.x, cloth.pitch.y].map(|pitch| pitch / cloth.scale);
-            let types = yarns.iter().map(|yarn| {
-                let noise = yarn.noise;
-                let half_slub = 0.5 * noise.slub_length;
-                Varying {
-                    size: yarn.size,
-                    noise,
-                    waves_per_cell: lengths.map(|length| length / noise.wavelength),
-                    slubs_per_cell: lengths.map(|length| length / half_slub),
-                    chance: (noise.slub_rate * half_slub).min(1.0),
-                }
-            });
-            Fill::Varying { seed: cloth.seed, types: types.collect() }
+            let types = yarns.iter().map(|yarn| Varying::new(yarn, lengths)).collect();
+            Fill::Varying(Types::new(cloth.seed, types))
         } else if yarns.iter().all(|yarn| yarn.size == 1.0) {
             Fill::Touching
         } else {
@@ -87,7 +64,7 @@ impl Threads {
         let types = match &self.fill {
             Fill::Touching => 0,
             Fill::Constant(sizes) => size_of_val(sizes.as_slice()),
-            Fill::Varying { types, .. } => size_of_val(types.as_slice()),
+            Fill::Varying(types) => types.bytes(),
         };
         types + size_of_val(self.yarns.as_slice())
     }
@@ -110,14 +87,20 @@ impl Threads {
         self.yarns[(first + thread) as usize]
     }
 
+    /// The same of sixteen threads.
+    #[inline(always)]
+    pub(crate) fn yarns_of<S: Simd>(&self, is_warp: mask32x16<S>, thread: u32x16<S>) -> u32x16<S> {
+        // Ends come first.
+        let index = is_warp.select(thread, thread + self.ends);
+        u32x16::from_fn(index.token(), |lane| self.yarns[index[lane] as usize].into())
+    }
+
     /// The mean size of each of so many types of yarn.
     pub(crate) fn mean_sizes(&self, types: usize) -> Vec<f64> {
         match &self.fill {
             Fill::Touching => vec![1.0; types],
             Fill::Constant(sizes) => sizes.clone(),
-            Fill::Varying { seed, types } => {
-                types.iter().map(|varying| varying.mean_size(*seed)).collect()
-            }
+            Fill::Varying(types) => types.mean_sizes(),
         }
     }
 
@@ -156,7 +139,7 @@ impl Threads {
 
     fn greatest_size(&self, index: usize, cloth: &Cloth) -> f64 {
         match &self.fill {
-            Fill::Varying { types, .. } => types[index].greatest_size(),
+            Fill::Varying(types) => types.greatest_size(index),
             Fill::Touching | Fill::Constant(_) => cloth.yarns[index].size,
         }
     }
@@ -178,96 +161,15 @@ impl Sizes for Constant<'_> {
 
 impl LaneSizes for Constant<'_> {
     #[inline(always)]
-    fn of<S: Simd>(&self, is_end: WideMask<S>, thread: Wide<S>) -> Wide<S> {
+    fn at<S: Simd>(&self, points: &LanePoints<S>) -> LaneLocals<S> {
+        let &LanePoints { is_warp, thread, .. } = points;
+        let offset = thread.of(0.0);
         if let Some([of_ends, of_picks]) = self.threads.common_sizes {
-            return thread.of(of_ends).or(is_end, thread.of(of_picks));
+            let size = thread.of(of_ends).or(is_warp, thread.of(of_picks));
+            return LaneLocals { size, offset };
         }
-        let (is_end, thread) = (is_end.narrow(), thread.to_u32());
-        let index = is_end.select(thread, thread + self.threads.ends);
-        let size = |lane: usize| {
-            let yarn = self.threads.yarns[index[lane] as usize];
-            self.sizes[usize::from(yarn)]
-        };
-        Wide::from_fn(index.token(), size)
-    }
-}
-
-/// [`Fill::Varying`].
-pub(crate) struct Moving<'a> {
-    pub(crate) threads: &'a Threads,
-    pub(crate) seed: u64,
-    pub(crate) types: &'a [Varying],
-}
-
-impl Sizes for Moving<'_> {
-    fn at(&self, point: ThreadPoint) -> Local {
-        let yarn = self.threads.yarn_of(point.is_warp, point.thread);
-        let line = Line { seed: self.seed, is_warp: point.is_warp, index: point.line };
-        self.types[usize::from(yarn)].at(line, point)
-    }
-}
-
-/// 1 less than the golden ratio: its multiples, modulo 1, are as even as any.
-const GOLDEN: f64 = 0.618_033_988_749_894_8;
-
-impl Varying {
-    /// The greatest diameter over pitch, at most.
-    fn greatest_size(&self) -> f64 {
-        let noise = &self.noise;
-        let slub = if self.chance > 0.0 { noise.slub_height } else { 0.0 };
-        (self.size * (1.0 + noise.width) * (1.0 + slub)).min(1.0)
-    }
-
-    /// The mean diameter over pitch, to about 10⁻³ of it.
-    fn mean_size(&self, seed: u64) -> f64 {
-        let noise = &self.noise;
-        if noise.width == 0.0 && (self.chance == 0.0 || noise.slub_height == 0.0) {
-            return self.size;
-        }
-        const LINES: i64 = 128;
-        const POINTS: i64 = 256;
-        let size = |index: i64| {
-            let line = Line { seed, is_warp: true, index: index % LINES };
-            // In steps of half a wave or more, so that there are as many numbers as points.
-            let waves = self.waves_per_cell[1].min(self.slubs_per_cell[1]);
-            let (cell, fraction) = split((index / LINES) as f64 * (0.5 + GOLDEN) / waves);
-            self.at(
-                line,
-                ThreadPoint { is_warp: true, thread: 0, line: line.index, cell, fraction },
-            )
-            .size
-        };
-        (0..LINES * POINTS).map(size).sum::<f64>() / (LINES * POINTS) as f64
-    }
-
-    /// Diameter and shift of the thread `line` at `point`.
-    fn at(&self, line: Line, point: ThreadPoint) -> Local {
-        let axis = usize::from(point.is_warp);
-        // In whole steps of noise and a rest, so that nothing is lost far from the origin: the
-        // product of the whole part is exact enough in f64 up to 10⁹ repeats.
-        let split = |per_cell: f64, start: f64| {
-            split((point.cell as f64 + point.fraction) * per_cell + start)
-        };
-        // Every thread starts elsewhere: the zeros of gradient noise would line up across the cloth.
-        let start = line.index as f64 * GOLDEN;
-        let noise = &self.noise;
-        let mut size = self.size;
-        if noise.width > 0.0 {
-            let (cell, fraction) = split(self.waves_per_cell[axis], start);
-            size *= 1.0 + noise.width * line.gradient(Use::Width, cell, fraction);
-        }
-        if self.chance > 0.0 && noise.slub_height > 0.0 {
-            let (cell, fraction) = split(self.slubs_per_cell[axis], start);
-            size *= 1.0 + noise.slub_height * line.slub(self.chance, cell, fraction);
-        }
-        let size = size.clamp(0.01, 1.0);
-        let mut offset = 0.0;
-        if noise.offset > 0.0 {
-            let (cell, fraction) = split(self.waves_per_cell[axis], start + 0.5);
-            let room = 0.5 * (1.0 - size);
-            let shift = noise.offset * self.size * line.gradient(Use::Offset, cell, fraction);
-            offset = shift.clamp(-room, room);
-        }
-        Local { size, offset }
+        let yarns = self.threads.yarns_of(is_warp.narrow(), thread.to_u32());
+        let size = Wide::from_fn(thread.token(), |lane| self.sizes[yarns[lane] as usize]);
+        LaneLocals { size, offset }
     }
 }

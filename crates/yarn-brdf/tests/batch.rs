@@ -51,6 +51,15 @@ fn cloths() -> Vec<(String, Cloth)> {
     let rough = |sigma| Highlight::Rough { sigma };
     let window = |delta| Highlight::Window { delta };
     let table = PhaseTable::new(&[0.5, 0.2, 0.1, 0.2, 1.0]).expect("samples are above 0");
+    let shifting = Noise {
+        width: 0.1,
+        offset: 0.2,
+        wavelength: 2e-3,
+        slub_rate: 200.0,
+        slub_length: 4e-3,
+        slub_height: 0.5,
+        ..Noise::default()
+    };
     let yarns = [
         ("staple", d()),
         ("filament", Yarn { psi: 0.0, ..d() }),
@@ -65,6 +74,7 @@ fn cloths() -> Vec<(String, Cloth)> {
         ("noise", Yarn { noise: Noise { intensity: 0.8, ..Noise::default() }, ..d() }),
         ("lightness", Yarn { noise: Noise { color: 0.6, ..Noise::default() }, ..d() }),
         ("moving", Yarn { noise: Noise { width: 0.3, ..Noise::default() }, size: 0.8, ..d() }),
+        ("shifting", Yarn { noise: shifting, size: 0.7, ..d() }),
     ];
     let mut cloths = Vec::new();
     for (name, yarn) in &yarns {

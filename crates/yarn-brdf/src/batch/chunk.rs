@@ -410,7 +410,7 @@ impl Shader {
     fn look<S: Simd>(&self, simd: S, points: &Points, first: usize) -> Look<f32x16<S>> {
         let common = &self.materials.side_by_side;
         let mut look = common.look(simd, &points.yarn[first..first + LANES]);
-        if common.is_lightened {
+        if !common.lightness.is_empty() {
             look.lighten(load(simd, &points.lightness, first));
         }
         look

@@ -7,7 +7,8 @@ use super::Batch;
 use super::chunk::{Chunk, NOTHING};
 use crate::frame::Vector;
 use crate::lanes::{LANES, Wide, WideMask, put};
-use crate::noise::intensities;
+use crate::moving::Moving;
+use crate::noise::{Lines, Use};
 use crate::real::Real;
 use crate::shader::Shader;
 use crate::threads::{Constant, Fill};
@@ -115,19 +116,24 @@ impl Shader {
                 let sizes = Constant { threads: &self.threads, sizes };
                 self.weave.segments_at(is_back, &position, &sizes)
             }
+            Fill::Varying(types) if is_near && types.are_long() => {
+                let sizes = Moving { threads: &self.threads, types };
+                self.weave.segments_at(is_back, &position, &sizes)
+            }
             _ => return self.one_by_one(is_lit, is_back, uv, first, chunk),
         };
         let found = self.found(is_lit, &segments, first, chunk);
         if !self.materials.side_by_side.grains.is_empty() {
             self.set_grains(&position, &segments, first, chunk);
         }
-        if self.materials.side_by_side.is_lightened {
+        if !self.materials.side_by_side.lightness.is_empty() {
             self.set_lightness(&position, segments.is_warp, first, chunk);
         }
         found
     }
 
     /// Sets the factors of the colours of threads.
+    #[inline(always)]
     fn set_lightness<S: Simd>(
         &self,
         position: &Positions<S>,
@@ -135,15 +141,19 @@ impl Shader {
         first: usize,
         chunk: &mut Chunk,
     ) {
-        let [ends, picks] = position.cell.map(Wide::to_array);
-        let points = &mut chunk.points;
-        let of_lanes = points.lightness[first..].iter_mut().zip(&points.yarn[first..]);
-        for (lane, (lightness, &yarn)) in of_lanes.take(LANES).enumerate() {
-            let noise = &self.materials.kinds[yarn as usize].yarn.noise;
-            let is_warp = is_warp.test(lane);
-            let line = if is_warp { ends[lane] } else { picks[lane] };
-            *lightness = self.lightness(noise, is_warp, line as i64);
-        }
+        let lanes = first..first + LANES;
+        let [end, pick] = position.cell;
+        let wide = WideMask::of(is_warp);
+        let lines = Lines { seed: self.seed, is_warp: wide, index: end.or(wide, pick) };
+        let all = &self.materials.side_by_side.lightness;
+        let amount = if let [amount] = all.as_slice() {
+            end.of(*amount)
+        } else {
+            let yarns = &chunk.points.yarn[lanes.clone()];
+            Wide::from_fn(end.token(), |lane| all[yarns[lane] as usize])
+        };
+        let lightness = amount * lines.signed(Use::Lightness) + 1.0;
+        lightness.narrow().store_slice(&mut chunk.points.lightness[lanes]);
     }
 
     /// Sets the factors of the highlight's grains.
@@ -172,7 +182,8 @@ impl Shader {
         let (line, cell, fraction) = (end.or(wide, pick), pick.or(wide, end), v.or(wide, u));
         let along = cell * fineness + (fraction * fineness).floor();
         let across = ((x + 1.0) * 0.5 * fineness).floor();
-        let grain = intensities(self.seed, is_warp, line, along, across);
+        let lines = Lines { seed: self.seed, is_warp: wide, index: line };
+        let grain = lines.intensity(along, across);
         let intensity = grain * amount.narrow() + (-amount + 1.0).narrow();
         intensity.store_slice(&mut chunk.intensity[lanes]);
     }
@@ -206,9 +217,8 @@ impl Shader {
         let straight = is_straight.select(u32x16::splat(simd, 1), u32x16::splat(simd, 0));
         let mut pieces = straight;
         if common.keys.len() > 1 {
-            // Ends come first. Where there is no yarn, any will do.
-            let index = is_warp.select(thread, thread + self.weave.ends());
-            let yarns = u32x16::from_fn(simd, |i| self.threads.yarns[index[i] as usize].into());
+            // Where there is no yarn, any will do.
+            let yarns = self.threads.yarns_of(is_warp, thread);
             yarns.store_slice(&mut chunk.points.yarn[lanes.clone()]);
             pieces = common.keys_of(yarns) | straight;
         }

@@ -41,21 +41,63 @@ pub(crate) struct Segments<S: Simd> {
     pub(crate) width: Wide<S>,
 }
 
-/// The sizes of threads that do not change along them and lie in the middle of their cells.
+/// The sizes of threads, sixteen at a time; see [`super::Sizes`].
 pub(crate) trait LaneSizes {
     /// Whether every thread fills its pitch everywhere.
     const ARE_TOUCHING: bool = false;
+    /// Whether threads may lie off the middle of their cells.
+    const ARE_SHIFTED: bool = false;
 
-    /// The size of each `thread`, an end where `is_end` holds.
-    fn of<S: Simd>(&self, is_end: WideMask<S>, thread: Wide<S>) -> Wide<S>;
+    /// The size of each thread at a point of it.
+    fn at<S: Simd>(&self, points: &LanePoints<S>) -> LaneLocals<S>;
+}
+
+/// Points along sixteen threads; see [`super::ThreadPoint`]. All but the fractions are whole numbers.
+#[derive(Clone, Copy)]
+pub(crate) struct LanePoints<S: Simd> {
+    pub(crate) is_warp: WideMask<S>,
+    pub(crate) thread: Wide<S>,
+    pub(crate) line: Wide<S>,
+    pub(crate) cell: Wide<S>,
+    pub(crate) fraction: Wide<S>,
+}
+
+/// The extents of threads; see [`super::Local`].
+#[derive(Clone, Copy)]
+pub(crate) struct LaneLocals<S: Simd> {
+    pub(crate) size: Wide<S>,
+    /// Not read unless [`LaneSizes::ARE_SHIFTED`].
+    pub(crate) offset: Wide<S>,
 }
 
 impl LaneSizes for Touching {
     const ARE_TOUCHING: bool = true;
 
     #[inline(always)]
-    fn of<S: Simd>(&self, _is_end: WideMask<S>, thread: Wide<S>) -> Wide<S> {
-        thread.of(1.0)
+    fn at<S: Simd>(&self, points: &LanePoints<S>) -> LaneLocals<S> {
+        LaneLocals { size: points.thread.of(1.0), offset: points.thread.of(0.0) }
+    }
+}
+
+impl<S: Simd> LaneLocals<S> {
+    /// Those where `mask` holds, else `other`.
+    #[inline(always)]
+    fn or(self, mask: WideMask<S>, other: Self) -> Self {
+        Self { size: self.size.or(mask, other.size), offset: self.offset.or(mask, other.offset) }
+    }
+
+    /// Twice the distance of a position from the middle of the thread, in cells.
+    #[inline(always)]
+    fn across<T: LaneSizes>(self, fraction: Wide<S>) -> Wide<S> {
+        let fraction = if T::ARE_SHIFTED { fraction - self.offset } else { fraction };
+        fraction * 2.0 - 1.0
+    }
+
+    /// The space that the thread leaves in its cell on the `side` of greater (+1) or smaller (−1) coordinates.
+    #[inline(always)]
+    fn slit<T: LaneSizes>(self, side: Wide<S>) -> Wide<S> {
+        let slit = (-self.size + 1.0) * 0.5;
+        if T::ARE_SHIFTED { slit - side * self.offset } else { slit }
     }
 }
 
@@ -88,6 +130,8 @@ struct Crossings<S: Simd> {
     index: Wide<S>,
     /// The thread crossed there, within the repeat.
     thread: Wide<S>,
+    /// And over all repeats.
+    line: Wide<S>,
     /// Where along the strand the position is, from the edge of that thread's cell, in cells.
     offset: Wide<S>,
     /// The bytes of [`super::Crossing`].
@@ -109,7 +153,7 @@ impl Weave {
     pub(crate) fn positions<S: Simd>(&self, cells: [Wide<S>; 2]) -> (Positions<S>, bool) {
         let far = cells[0].of(FARTHEST);
         let is_near = cells[0].abs().lt(far) & cells[1].abs().lt(far);
-        let ((end, u), (pick, v)) = (split(cells[0]), split(cells[1]));
+        let ((end, u), (pick, v)) = (split_lanes(cells[0]), split_lanes(cells[1]));
         let thread = [self.wrapped(0, end), self.wrapped(1, pick)];
         (Positions { cell: [end, pick], fraction: [u, v], thread }, is_near.narrow().all_true())
     }
@@ -133,36 +177,51 @@ impl Weave {
         position: &Positions<S>,
         sizes: &T,
     ) -> Segments<S> {
-        let Positions { fraction: [u, v], thread: [end, pick], .. } = *position;
+        let Positions { cell: [end_line, pick_line], fraction: [u, v], thread: [end, pick] } =
+            *position;
         let index = pick * f64::from(self.ends()) + end;
         let bits = self.bits(index);
         let top_is_end = Ends::new(!(pick_is_top(bits) ^ is_back));
-        let (across_end, across_pick) = (u * 2.0 - 1.0, v * 2.0 - 1.0);
-        let across = across_end.or(top_is_end.wide, across_pick);
         let on_top = Crossings {
             index,
             thread: pick.or(top_is_end.wide, end),
+            line: pick_line.or(top_is_end.wide, end_line),
             offset: v.or(top_is_end.wide, u),
             bits,
         };
+        let all = mask32x16::splat(is_back.token(), true);
         if T::ARE_TOUCHING {
+            let across = (u * 2.0 - 1.0).or(top_is_end.wide, v * 2.0 - 1.0);
             let top = Strands { is_end: top_is_end, across, size: u.of(1.0) };
-            let extents = self.extents(top_is_end, on_top, sizes);
-            let all = mask32x16::splat(is_back.token(), true);
+            let extents = self.extents(top_is_end, on_top, position, sizes);
             return self.pieces(is_back, position, top, extents, all);
         }
-        let all = mask32x16::splat(is_back.token(), true);
-        let (size_end, size_pick) =
-            (sizes.of(WideMask::of(all), end), sizes.of(WideMask::of(!all), pick));
-        let end_is_hit = across_end.abs().le(size_end);
-        let pick_is_hit = across_pick.abs().le(size_pick);
-        let size = size_end.or(top_is_end.wide, size_pick);
-        let top_is_hit = across.abs().le(size);
+        let of_end = sizes.at(&LanePoints {
+            is_warp: WideMask::of(all),
+            thread: end,
+            line: end_line,
+            cell: pick_line,
+            fraction: v,
+        });
+        let of_pick = sizes.at(&LanePoints {
+            is_warp: WideMask::of(!all),
+            thread: pick,
+            line: pick_line,
+            cell: end_line,
+            fraction: u,
+        });
+        let (across_end, across_pick) = (of_end.across::<T>(u), of_pick.across::<T>(v));
+        let end_is_hit = across_end.abs().le(of_end.size);
+        let pick_is_hit = across_pick.abs().le(of_pick.size);
+        let top = of_end.or(top_is_end.wide, of_pick);
+        let across = across_end.or(top_is_end.wide, across_pick);
+        let top_is_hit = across.abs().le(top.size);
         // Past the edge of the thread on top the one below may show: as a part of the segment that
         // begins at the next crossing along the axis on which that thread is crossed.
         let step = u.of(1.0).copysign(across);
         let thread = end.or(top_is_end.wide, pick);
         let next = self.shifted(top_is_end.wide, thread, step);
+        let next_line = end_line.or(top_is_end.wide, pick_line) + step;
         let stride = u.of(1.0).or(top_is_end.wide, u.of(self.ends().into()));
         let next_index = index + (next - thread) * stride;
         let next_bits = self.bits(next_index);
@@ -172,13 +231,21 @@ impl Weave {
         let on = Crossings {
             index: index.or(top_is_hit, next_index),
             thread: on_top.thread.or(top_is_hit, next),
+            line: on_top.line.or(top_is_hit, next_line),
             offset: on_top.offset.or(top_is_hit, aside - step),
             bits: is_on.select(bits, next_bits),
         };
         let is_end = Ends::new(!(top_is_end.mask ^ is_on));
-        let mut extents = self.extents(is_end, on, sizes);
+        let mut extents = self.extents(is_end, on, position, sizes);
         if is_between.any_true() {
-            let (near, far) = (slit(size), slit(sizes.of(top_is_end.wide, next)));
+            let beyond = sizes.at(&LanePoints {
+                is_warp: top_is_end.wide,
+                thread: next,
+                line: next_line,
+                cell: on_top.line,
+                fraction: on_top.offset,
+            });
+            let (near, far) = (top.slit::<T>(step), beyond.slit::<T>(-step));
             let length = (near + far).max(u.of(f64::MIN_POSITIVE));
             let start = (-far).or(step.lt(u.of(0.0)), -near + 1.0);
             let inv_length = u.of(1.0) / length;
@@ -188,21 +255,23 @@ impl Weave {
         let strand = Strands {
             is_end,
             across: across_end.or(is_end.wide, across_pick),
-            size: size_end.or(is_end.wide, size_pick),
+            size: of_end.or(is_end.wide, of_pick).size,
         };
         let is_hit = end_is_hit.narrow() | pick_is_hit.narrow();
         self.pieces(is_back, position, strand, extents, is_hit)
     }
 
-    /// How far the threads reach that are on top at the crossings `on`; ends where `is_end` holds.
+    /// How far the threads reach, through the cells of `position`, that are on top at the crossings `on`; ends where
+    /// `is_end` holds.
     #[inline(always)]
     fn extents<S: Simd, T: LaneSizes>(
         &self,
         is_end: Ends<S>,
         on: Crossings<S>,
+        position: &Positions<S>,
         sizes: &T,
     ) -> Extents<S> {
-        let Crossings { index, thread, offset, bits } = on;
+        let Crossings { index, thread, line, offset, bits } = on;
         // An end runs along axis 1, whose bytes are the upper ones.
         let runs = is_end.mask.select(bits >> 16, bits);
         let (mut before, mut after) = (runs >> 1 & 0x7f, runs >> 9 & 0x7f);
@@ -222,10 +291,26 @@ impl Weave {
         if !T::ARE_TOUCHING {
             let crossed = WideMask::of(!is_end.mask);
             let (before, after) = (Wide::from_u32(before), Wide::from_u32(after));
-            let start_thread = self.shifted(crossed, thread, -before - 1.0);
-            let end_thread = self.shifted(crossed, thread, after + 1.0);
-            let start = slit(sizes.of(crossed, start_thread));
-            length = length + start + slit(sizes.of(crossed, end_thread));
+            let [end_line, pick_line] = position.cell;
+            // The threads that cover this one, in the middle of their crossings with it.
+            let cell = end_line.or(is_end.wide, pick_line);
+            let (to_start, to_end) = (-before - 1.0, after + 1.0);
+            let at_start = sizes.at(&LanePoints {
+                is_warp: crossed,
+                thread: self.shifted(crossed, thread, to_start),
+                line: line + to_start,
+                cell,
+                fraction: cell.of(0.5),
+            });
+            let at_end = sizes.at(&LanePoints {
+                is_warp: crossed,
+                thread: self.shifted(crossed, thread, to_end),
+                line: line + to_end,
+                cell,
+                fraction: cell.of(0.5),
+            });
+            let start = at_start.slit::<T>(cell.of(1.0));
+            length = length + start + at_end.slit::<T>(cell.of(-1.0));
             from_start = from_start + start;
         }
         if self.has_uncovered {
@@ -332,15 +417,9 @@ fn pick_is_top<S: Simd>(bits: u32x16<S>) -> mask32x16<S> {
     (bits & 1).simd_eq(1)
 }
 
-/// The space that a thread in the middle of its cell leaves on either side.
-#[inline(always)]
-fn slit<S: Simd>(size: Wide<S>) -> Wide<S> {
-    (-size + 1.0) * 0.5
-}
-
 /// The largest integers up to `x`, and the rests in [0, 1).
 #[inline(always)]
-fn split<S: Simd>(x: Wide<S>) -> (Wide<S>, Wide<S>) {
+pub(crate) fn split_lanes<S: Simd>(x: Wide<S>) -> (Wide<S>, Wide<S>) {
     let floor = x.floor();
     (floor, (x - floor).min(x.of(1.0 - 0.5 * f64::EPSILON)))
 }

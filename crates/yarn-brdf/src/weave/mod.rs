@@ -12,7 +12,7 @@ mod position;
 mod query;
 mod sizes;
 
-pub(crate) use lanes::{LaneSizes, Positions, Segments};
+pub(crate) use lanes::{LaneLocals, LanePoints, LaneSizes, Positions, Segments, split_lanes};
 pub use position::Position;
 pub(crate) use position::split;
 pub use query::{Segment, SegmentKind, Side};

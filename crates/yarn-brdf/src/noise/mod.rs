@@ -1,8 +1,9 @@
 //! Irregularities: hashes and noise on absolute thread and position, which never repeat with the tile.
 
-use fearless_simd::{Simd, f32x16, mask32x16, mask64x8, prelude::*, u32x16, u64x8};
+mod lanes;
 
-use crate::lanes::Wide;
+pub(crate) use lanes::Lines;
+
 use crate::real::{Real, Scalar};
 
 /// What a random number is for, so that no two uses of one thread are alike.
@@ -117,47 +118,6 @@ fn mix(state: u64) -> u64 {
     z = (z ^ (z >> 30)).wrapping_mul(FACTORS[0]);
     z = (z ^ (z >> 27)).wrapping_mul(FACTORS[1]);
     z ^ (z >> 31)
-}
-
-/// [`mix`] side by side.
-#[inline(always)]
-fn mix_lanes<S: Simd>(state: u64x8<S>) -> u64x8<S> {
-    let z = state + INCREMENT;
-    let z = (z ^ (z >> 30)) * FACTORS[0];
-    let z = (z ^ (z >> 27)) * FACTORS[1];
-    z ^ (z >> 31)
-}
-
-/// [`Line::intensity`] side by side, for threads of the index `line`; the numbers are whole.
-#[inline(always)]
-pub(crate) fn intensities<S: Simd>(
-    seed: u64,
-    is_warp: mask32x16<S>,
-    line: Wide<S>,
-    along: Wide<S>,
-    across: Wide<S>,
-) -> f32x16<S> {
-    let [weft, warp] = [false, true].map(|is_warp| start(seed, Use::Intensity, is_warp));
-    let (is_warp_low, is_warp_high) = is_warp.widen();
-    let [line_low, line_high] = line.to_u64();
-    let [low, high] = (along * GRAINS as f64 + across).to_u64();
-    let low = hash_lanes(is_warp_low, [weft, warp], line_low, low);
-    let high = hash_lanes(is_warp_high, [weft, warp], line_high, high);
-    // The upper 24 bits of each, as a number.
-    let bits: u32x16<S> = low.bitcast::<u32x16<S>>().unzip_high(high.bitcast::<u32x16<S>>());
-    intensity((bits >> 8).to_float())
-}
-
-#[inline(always)]
-fn hash_lanes<S: Simd>(
-    is_warp: mask64x8<S>,
-    [weft, warp]: [u64; 2],
-    line: u64x8<S>,
-    place: u64x8<S>,
-) -> u64x8<S> {
-    let simd = line.token();
-    let start = is_warp.select(u64x8::splat(simd, warp), u64x8::splat(simd, weft));
-    mix_lanes(mix_lanes(start + line) + place)
 }
 
 #[cfg(test)]
