@@ -20,7 +20,11 @@ pub(crate) fn draw<R: Real>(
     xi: [R; 3],
 ) -> Vector<R> {
     let below_one = wo.x.of(1.0 - f64::from(f32::EPSILON) / 2.0);
-    let [choice, a, b] = xi.map(|x| x.clamp_to(x.zero(), below_one));
+    // Not by closures, which would be compiled on their own, without the instructions of lanes.
+    let zero = wo.x.zero();
+    let [choice, a, b] = xi;
+    let choice = choice.clamp_to(zero, below_one);
+    let (a, b) = (a.clamp_to(zero, below_one), b.clamp_to(zero, below_one));
     let even = cosine_hemisphere([a, b]);
     let is_highlight = choice.lt(drawing.share);
     if !R::any(is_highlight) {
@@ -58,7 +62,7 @@ fn draw_highlight<R: Real>(
     let so = t.dot(wo);
     let si = match optics.spread {
         Spread::Rough { inv_variance, scale } => {
-            draw_inclination(so, [inv_variance, scale].map(|number| so.splat(number)), [a, c])
+            draw_inclination(so, [so.splat(inv_variance), so.splat(scale)], [a, c])
         }
         Spread::Staple { .. } | Spread::Filament { .. } => -so,
     };
@@ -99,7 +103,8 @@ fn draw_inclination<R: Real>(so: R, [inv_variance, scale]: [R; 2], [a, b]: [R; 2
 /// [`square_to_cosine_hemisphere`](selvedge_normalize::warp::square_to_cosine_hemisphere).
 #[inline(always)]
 fn cosine_hemisphere<R: Real>(square: [R; 2]) -> Vector<R> {
-    let [x, y] = square.map(|part| part + part - part.one());
+    let [x, y] = square;
+    let (x, y) = (x + x - x.one(), y + y - y.one());
     let is_wide = y.abs().lt(x.abs());
     let (radius, across) = (R::select(is_wide, x, y), R::select(is_wide, y, x));
     let is_off = x.zero().lt(radius.abs());

@@ -40,9 +40,8 @@ pub(super) fn mean<R: Real<Scalar = f32>>(
     wo: Vector<f32>,
 ) -> R {
     let (sin_u, cos_u, _) = optics.along(load(&along.node));
-    let rise = |w: Vector<f32>| sin_u * w.y + cos_u * w.z;
     let (x_i, x_o) = (sin_u.splat(wi.x), sin_u.splat(wo.x));
-    let (rise_i, rise_o) = (rise(wi), rise(wo));
+    let (rise_i, rise_o) = (sin_u * wi.y + cos_u * wi.z, sin_u * wo.y + cos_u * wo.z);
     let [from, to] = facing(x_i, rise_i, x_o, rise_o);
     let to = to.max(from);
     // (n·wi)(n·wo) = s sin² v + c cos² v + m sin v cos v.

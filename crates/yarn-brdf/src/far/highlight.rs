@@ -71,7 +71,7 @@ pub(super) fn mean<S: Simd>(
                 load,
                 #[inline(always)]
                 |sin_u, cos_u| {
-                    let rises = [wi, wo].map(|w| w.y * sin_u + w.z * cos_u);
+                    let rises = [rise(wi, sin_u, cos_u), rise(wo, sin_u, cos_u)];
                     let [from, to] = near_cone(optics, h, reach, [sin_u, cos_u], [wi, wo], rises);
                     from.lt(to)
                 },
@@ -246,7 +246,7 @@ fn of_filament<R: Real<Scalar = f32>>(
     }
     let strength = 0.25 * optics.inv_sin_conic * optics.fade(sin_u) / m;
     let bend = wi.x.splat(optics.bend(sin_u));
-    let rises = [wi, wo].map(|w| w.y * sin_u + w.z * cos_u);
+    let rises = [wi.y * sin_u + wi.z * cos_u, wo.y * sin_u + wo.z * cos_u];
     let [from, to] = facing(wi.x, rises[0], wo.x, rises[1]);
     let half = (to - from).max(from.zero()) * 0.5;
     let azimuth = Azimuth::in_plane([wi.x, rises[0]], [wo.x, rises[1]]);
@@ -280,7 +280,7 @@ fn of_rough<R: Real<Scalar = f32>>(
         } else {
             (zero, one, load(weight))
         };
-        let rises = [wi, wo].map(|w| w.y * sin_u + w.z * cos_u);
+        let rises = [rise(wi, sin_u, cos_u), rise(wo, sin_u, cos_u)];
         let [from, to] = near_cone(optics, h, reach, [sin_u, cos_u], [wi, wo], rises);
         let half = (to - from).max(zero) * 0.5;
         let centre = (from + to) * 0.5;
@@ -297,6 +297,12 @@ fn of_rough<R: Real<Scalar = f32>>(
         }
     }
     sum
+}
+
+/// The part of a direction along n(u, 0).
+#[inline(always)]
+fn rise<R: Real<Scalar = f32>>(w: Vector<R>, sin_u: R, cos_u: R) -> R {
+    w.y * sin_u + w.z * cos_u
 }
 
 /// The angles around the section at which the yarn of inclination u faces both directions and its fibres are within
