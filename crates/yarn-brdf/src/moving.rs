@@ -136,7 +136,6 @@ impl Types {
         let lines = Lines { seed: self.seed, is_warp, index: line };
         let start = line * GOLDEN;
         let position = cell + fraction;
-        // What is the same along both axes needs no choice for each thread.
         let waves = numbers.of(line, |of| of.waves_per_cell[1]);
         let waves = waves.or(is_warp, numbers.of(line, |of| of.waves_per_cell[0]));
         let from = numbers.of(line, |of| of.size);

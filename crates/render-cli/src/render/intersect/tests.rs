@@ -305,7 +305,12 @@ fn heaps_of_equal_triangles_are_all_hit_or_refused() {
     let heap = |triangle, count| mesh(vec![Vec3::ZERO, Vec3::X, Vec3::Y], vec![triangle; count]);
     let geometry = Geometry::new(&[&heap([0, 1, 1], 5000), &heap([0, 1, 2], 150)]).unwrap();
     let ray = Ray { origin: Vec3::new(0.2, 0.2, 1.0), direction: -Vec3::Z };
-    assert_eq!(geometry.intersect(&ray, 0.0, 2.0).unwrap().t, 1.0);
+    // Embree rounds as its instructions do.
+    let is_hit = |geometry: &Geometry| {
+        let t = geometry.intersect(&ray, 0.0, 2.0).unwrap().t;
+        (t - 1.0).abs() < f32::EPSILON
+    };
+    assert!(is_hit(&geometry));
     let mut seen = 0;
     assert!(!geometry.occluded_where(&ray, 0.0, 2.0, |_| {
         seen += 1;
@@ -313,7 +318,7 @@ fn heaps_of_equal_triangles_are_all_hit_or_refused() {
     }));
     assert_eq!(seen, 150);
     match Geometry::new(&[&heap([0, 1, 2], 5000)]) {
-        Ok(geometry) => assert_eq!(geometry.intersect(&ray, 0.0, 2.0).unwrap().t, 1.0),
+        Ok(geometry) => assert!(is_hit(&geometry)),
         Err(error) => assert!(matches!(error, GeometryError::TooDeep(_)), "{error}"),
     }
 }

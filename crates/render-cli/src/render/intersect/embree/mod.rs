@@ -95,12 +95,13 @@ impl Embree {
                     put(&ray, &mut packet.ray, lane);
                 }
             }
+            // Where Embree takes packets apart, as it does with AVX2, it finds hits for lanes that are not active.
             packet.hit.geomID = [NONE; PACKET];
             self.library.nearest_of_packet(&active, &mut packet, are_similar(rays));
             let RTCRayHit16 { ray: ends, hit } = &packet;
             hits.extend(rays.iter().enumerate().map(|(lane, ray)| {
                 let mesh = hit.geomID[lane];
-                if mesh == NONE {
+                if mesh == NONE || active.0[lane] == 0 {
                     return None;
                 }
                 let normal = Vec3::new(hit.Ng_x[lane], hit.Ng_y[lane], hit.Ng_z[lane]);
