@@ -92,7 +92,7 @@ fn cloths() -> Vec<(String, Cloth)> {
     let mixed: Vec<Yarn> = yarns
         .iter()
         .enumerate()
-        .map(|(k, (_, yarn))| Yarn { color: [0.08 * k as f32, 0.5, 0.2], ..yarn.clone() })
+        .map(|(k, (_, yarn))| Yarn { color: [0.07 * k as f32, 0.5, 0.2], ..yarn.clone() })
         .collect();
     cloths.push(("mixed".into(), cloth(&mixed)));
     let still: Vec<Yarn> = mixed[..8]
