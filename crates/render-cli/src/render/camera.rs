@@ -5,8 +5,8 @@ use std::f32::consts::TAU;
 use glam::{Vec2, Vec3};
 
 use super::{
-    film::{BEAM_SIGMA, Size},
-    footprint::Beam,
+    film::{BEAM_SIGMA, PIXEL_SIGMA, Size},
+    footprint::{Beam, Bundle},
     intersect::Ray,
 };
 use crate::scene::drape::CameraPlacement;
@@ -63,20 +63,28 @@ impl Camera {
 
     /// The beam through `place` on the film, in pixels: (0, 0) is the top left corner of the picture, x
     /// runs to the right and y down; and through the point of the lens that `square` in [0, 1)² names,
-    /// all alike. It is [`BEAM_SIGMA`] pixels wide.
-    pub fn beam(&self, place: Vec2, square: Vec2) -> Beam {
-        let direction = self.corner + self.step_x * place.x + self.step_y * place.y;
+    /// all alike. It is [`BEAM_SIGMA`] pixels wide, and one of those that the pixel with its middle at `middle`
+    /// has, [`PIXEL_SIGMA`] pixels wide.
+    pub fn beam(&self, place: Vec2, middle: Vec2, square: Vec2) -> Beam {
+        let towards = |place: Vec2| self.corner + self.step_x * place.x + self.step_y * place.y;
+        let (direction, middle) = (towards(place), towards(middle));
         let (unit, length) = direction.normalize_and_length();
-        let spread = BEAM_SIGMA * self.step_x.length() / length;
+        let pixel = self.step_x.length() / length;
+        let beam = |origin, direction, middle| Beam {
+            ray: Ray { origin, direction },
+            spread: BEAM_SIGMA * pixel,
+            bundle: Some(Bundle { middle, spread: PIXEL_SIGMA * pixel }),
+        };
         let Some(Lens { radius, focus }) = self.lens else {
-            return Beam { ray: Ray { origin: self.origin, direction: unit }, spread };
+            return beam(self.origin, unit, middle.normalize());
         };
         let point = Vec2::from_angle(TAU * square.y) * (radius * square.x.sqrt());
         let (right, down) = (self.step_x.normalize(), self.step_y.normalize());
         let offset = right * point.x + down * point.y;
         // Where all rays through the place meet: the direction is 1 along the axis.
-        let direction = (direction * focus - offset).normalize_or(unit);
-        Beam { ray: Ray { origin: self.origin + offset, direction }, spread }
+        let [direction, middle] =
+            [direction, middle].map(|d| (d * focus - offset).normalize_or(unit));
+        beam(self.origin + offset, direction, middle)
     }
 }
 
@@ -93,7 +101,7 @@ mod tests {
 
     fn slopes(size: [u32; 2], place: Vec2) -> Vec2 {
         let size = Size::new(size[0], size[1]).unwrap();
-        let d = Camera::new(&PLACEMENT, size).beam(place, Vec2::ZERO).ray.direction;
+        let d = Camera::new(&PLACEMENT, size).beam(place, place, Vec2::ZERO).ray.direction;
         Vec2::new(d.x, d.z) / d.y
     }
 
@@ -124,11 +132,11 @@ mod tests {
         let lens = Lens { radius: 0.1, focus: 1.5 };
         let pinhole = Camera::new(&PLACEMENT, size);
         let place = Vec2::new(50.0, 10.0);
-        let expected = pinhole.beam(place, Vec2::ZERO).ray;
+        let expected = pinhole.beam(place, place, Vec2::ZERO).ray;
         // The plane in focus lies across the axis.
         let expected = expected.at(1.5 / expected.direction.y);
         for square in [Vec2::ZERO, Vec2::new(0.3, 0.1), Vec2::new(0.9, 0.7)] {
-            let ray = pinhole.with_lens(Some(lens)).beam(place, square).ray;
+            let ray = pinhole.with_lens(Some(lens)).beam(place, place, square).ray;
             assert!(ray.origin.distance(PLACEMENT.position) <= 0.1, "{square}");
             let found = ray.at(1.5 / ray.direction.y);
             assert!(found.abs_diff_eq(expected, 1e-5), "{square}: {found}, expected {expected}");

@@ -290,6 +290,9 @@ const PLACE_SIGMA: f32 = 0.3;
 /// of one pixel, whose deviation is 0.29.
 pub const BEAM_SIGMA: f32 = 0.4;
 
+/// And of all beams of a pixel together.
+pub const PIXEL_SIGMA: f32 = 0.5;
+
 /// Where the samples of a pixel lie.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]

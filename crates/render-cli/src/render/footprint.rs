@@ -4,10 +4,14 @@
 //! little by chance, and it takes a hundred rays to find its mean. But only the thread changes
 //! from point to point: over the width of a pixel, light, view and normal stay the same. So
 //! scattering is averaged over a few points for each ray, which costs less than more rays do.
+//!
+//! What a pixel shows of cloth is a mean over threads, of which its rays and their points are a sample. Were the
+//! points spread about each ray, those of different rays would fall by chance. So they lie about the middle of the
+//! pixel, and the rays shift one pattern of them.
 
 use std::{f32::consts::TAU, ops::Range};
 
-use glam::{DVec2, Vec2};
+use glam::{DVec2, Vec2, Vec3};
 
 use super::intersect::Ray;
 use crate::scene::mesh::SurfacePoint;
@@ -18,6 +22,17 @@ pub struct Beam {
     /// Its middle.
     pub ray: Ray,
     /// Standard deviation of its Gaussian profile over the distance from the origin: rad.
+    pub spread: f32,
+    /// Of which beams it is one, from the same origin; `None` if it stands for itself.
+    pub bundle: Option<Bundle>,
+}
+
+/// All beams that a pixel might have from one point of the lens.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bundle {
+    /// Unit length.
+    pub middle: Vec3,
+    /// Standard deviation of all together: rad.
     pub spread: f32,
 }
 
@@ -46,21 +61,21 @@ const MORE: f64 = 0.35;
 const GRAZING: f32 = 0.1;
 
 impl Footprint {
-    /// Points about `centre`, uv in metres, where a beam arrives that has these [`axes`] there: spread like
-    /// its profile, no two close together. `cells` are its standard deviations along weft and warp, in cells
-    /// of the draft.
+    /// Points about `centre`, uv in metres, of a Gaussian with these two `axes`, each as long as a standard
+    /// deviation: no two close together. `cells` are the standard deviations of the beam along weft and warp, in
+    /// cells of the draft.
     ///
-    /// `square` in [0, 1)² turns and shifts the pattern. When it is uniform, each point by itself has the
-    /// distribution of the beam.
-    pub fn new(centre: Vec2, [a, b]: [Vec2; 2], cells: DVec2, square: Vec2) -> Self {
+    /// `start` turns and shifts the pattern, in units of 2⁻³² of its periods. When it is uniform, each point by
+    /// itself is distributed like the Gaussian.
+    pub fn new(centre: Vec2, [a, b]: [Vec2; 2], cells: DVec2, start: [u32; 2]) -> Self {
         let centre = centre.as_dvec2();
         let place = |point: Vec2| centre + (a * point.x + b * point.y).as_dvec2();
         let mut places = [DVec2::ZERO; MOST_POINTS];
         // A number of points that is known where they are made takes fewer instructions.
         let count = match cells.max_element() {
-            width if width < FEW => fill(&mut places, gaussian_points::<POINTS>(square).map(place)),
-            width if width < MORE => fill(&mut places, gaussian_points::<8>(square).map(place)),
-            _ => fill(&mut places, gaussian_points::<MOST_POINTS>(square).map(place)),
+            width if width < FEW => fill(&mut places, gaussian_points::<POINTS>(start).map(place)),
+            width if width < MORE => fill(&mut places, gaussian_points::<8>(start).map(place)),
+            _ => fill(&mut places, gaussian_points::<MOST_POINTS>(start).map(place)),
         };
         Self { places, count }
     }
@@ -78,9 +93,11 @@ impl Footprint {
         }
     }
 
-    /// `count` of the points, or all, in turn from number `first` on; uv in metres.
-    pub fn some(&self, first: usize, count: usize) -> impl ExactSizeIterator<Item = DVec2> {
-        (first..first + count.min(self.count)).map(|k| self.places[k % self.count])
+    /// Those of the points that number `which` has if so many share them out, each an even part of them and at least
+    /// one: from all over the pattern, uv in metres.
+    pub fn share(&self, which: usize, among: usize) -> impl ExactSizeIterator<Item = DVec2> {
+        let count = self.count.div_ceil(among);
+        (0..count).map(move |k| self.places[(which + k * among) % self.count])
     }
 
     /// The points, at least one: uv in metres.
@@ -89,21 +106,47 @@ impl Footprint {
     }
 }
 
-/// The uv, metres, of two perpendicular standard deviations of the beam, cast onto the surface.
-pub fn axes(point: &SurfacePoint, beam: &Beam, distance: f32) -> [Vec2; 2] {
-    let SurfacePoint { geometric_normal: normal, dp_du, dp_dv, .. } = *point;
-    let direction = beam.ray.direction;
-    let cos = normal.dot(direction);
-    let cos = cos.abs().max(GRAZING).copysign(cos);
-    let area = dp_du.cross(dp_dv).dot(normal);
-    let (x, y) = direction.any_orthonormal_pair();
-    [x, y].map(|across| {
-        let across = across * (beam.spread * distance);
+/// How a beam casts what is beside its middle onto a surface.
+#[derive(Clone, Copy, Debug)]
+pub struct Cast {
+    direction: Vec3,
+    normal: Vec3,
+    /// Of the angle between them, as far as footprints grow.
+    cos: f32,
+    dp_du: Vec3,
+    dp_dv: Vec3,
+}
+
+impl Cast {
+    /// Of a beam in `direction`, unit length, onto the surface at `point`.
+    pub fn new(point: &SurfacePoint, direction: Vec3) -> Self {
+        let SurfacePoint { geometric_normal: normal, dp_du, dp_dv, .. } = *point;
+        let cos = normal.dot(direction);
+        let cos = cos.abs().max(GRAZING).copysign(cos);
+        Self { direction, normal, cos, dp_du, dp_dv }
+    }
+
+    /// The uv, metres, of two perpendicular vectors across the beam, each `length` metres long.
+    pub fn axes(&self, length: f32) -> [Vec2; 2] {
+        let (x, y) = self.direction.any_orthonormal_pair();
+        [x, y].map(|across| self.uv(across * length))
+    }
+
+    /// The uv, metres, from where the beam arrives after `distance` to where `middle` does, which starts
+    /// where the beam does.
+    pub fn offset(&self, middle: Vec3, distance: f32) -> Vec2 {
+        self.uv((middle / middle.dot(self.direction) - self.direction) * distance)
+    }
+
+    /// The uv, metres, of a vector `across` the beam; 0 where the surface has none.
+    fn uv(&self, across: Vec3) -> Vec2 {
+        let Self { direction, normal, cos, dp_du, dp_dv } = *self;
         let cast = across - direction * (across.dot(normal) / cos);
         // Cramer's rule for cast = ∂P/∂u · u + ∂P/∂v · v.
+        let area = dp_du.cross(dp_dv).dot(normal);
         let uv = Vec2::new(cast.cross(dp_dv).dot(normal), dp_du.cross(cast).dot(normal)) / area;
         if uv.is_finite() { uv } else { Vec2::ZERO }
-    })
+    }
 }
 
 /// `count` points shared out as evenly as can be among `most` groups of neighbours, or as many as there are
@@ -119,17 +162,27 @@ fn fill<const COUNT: usize>(places: &mut [DVec2; MOST_POINTS], points: [DVec2; C
     COUNT
 }
 
-/// Points of a Gaussian of standard deviation 1: stratified in the radius, a golden angle apart
-/// (Vogel 1979). Each by itself is distributed exactly so when `square` is uniform.
-fn gaussian_points<const COUNT: usize>(square: Vec2) -> [Vec2; COUNT] {
-    let golden = Vec2::from_angle(TAU * 0.618_034);
-    let mut angle = Vec2::from_angle(TAU * square.y);
+/// Points of a Gaussian of standard deviation 1, by the map of Box & Muller 1958 from those of a lattice (Korobov
+/// 1959), whose generator is the best one for so few. Each by itself is distributed exactly so when `start` is uniform.
+fn gaussian_points<const COUNT: usize>([radius, angle]: [u32; 2]) -> [Vec2; COUNT] {
+    let generator: usize = match COUNT {
+        4 => 2,
+        8 => 3,
+        _ => 6,
+    };
+    let turn = Vec2::from_angle(TAU * generator as f32 / COUNT as f32);
+    let mut angle = Vec2::from_angle(TAU * unit(angle));
     std::array::from_fn(|k| {
-        let share = (k as f32 + square.x) / COUNT as f32;
+        let share = unit(radius.wrapping_add(((k << 32) / COUNT) as u32));
         let point = angle * (-2.0 * (1.0 - share).ln()).sqrt();
-        angle = golden.rotate(angle);
+        angle = turn.rotate(angle);
         point
     })
+}
+
+/// In [0, 1).
+fn unit(start: u32) -> f32 {
+    (start >> 8) as f32 / (1 << 24) as f32
 }
 
 #[cfg(test)]
@@ -140,14 +193,14 @@ mod tests {
 
     #[test]
     fn points_have_the_variance_of_the_beam() {
-        let n = 64;
+        let n = 64_u64;
         let mut variance = Vec2::ZERO;
         let mut mean = Vec2::ZERO;
         for k in 0..n * n {
-            let square = (Vec2::new((k % n) as f32, (k / n) as f32) + 0.5) / n as f32;
-            for point in gaussian_points::<MOST_POINTS>(square) {
-                mean += point / (MOST_POINTS * n * n) as f32;
-                variance += point * point / (MOST_POINTS * n * n) as f32;
+            let start = [k % n, k / n].map(|k| ((2 * k + 1) << 32) / (2 * n)).map(|k| k as u32);
+            for point in gaussian_points::<MOST_POINTS>(start) {
+                mean += point / (MOST_POINTS as u64 * n * n) as f32;
+                variance += point * point / (MOST_POINTS as u64 * n * n) as f32;
             }
         }
         assert!(mean.length() < 1e-4, "{mean}");
@@ -159,7 +212,7 @@ mod tests {
     fn wide_footprints_have_more_points() {
         let count = |cells: DVec2| {
             let axes = [0.1 * Vec2::X, 0.1 * Vec2::Y];
-            let footprint = Footprint::new(Vec2::ONE, axes, cells, Vec2::splat(0.3));
+            let footprint = Footprint::new(Vec2::ONE, axes, cells, [u32::MAX; 2]);
             let far = footprint.places().iter().map(|place| place.distance(DVec2::ONE));
             assert!(far.fold(0.0, f64::max) > 0.1);
             footprint.places().len()
@@ -210,12 +263,16 @@ mod tests {
         };
         // At 60° from the normal, in the plane of y and z.
         let direction = Vec3::new(0.0, 0.75_f32.sqrt(), -0.5);
-        let ray = Ray { origin: -direction, direction };
-        let [a, b] = axes(&point, &Beam { ray, spread: 0.01 }, 1.0);
+        let cast = Cast::new(&point, direction);
+        let [a, b] = cast.axes(0.01);
         // a aᵀ + b bᵀ is the covariance, whatever the pair: 0.01 across and 0.01/cos 60° along.
         let (u, v, uv) = (a.x * a.x + b.x * b.x, a.y * a.y + b.y * b.y, a.x * a.y + b.x * b.y);
         assert!((u.sqrt() - 0.01).abs() < 1e-6, "{u}");
         assert!((v.sqrt() - 0.02 / 2.0).abs() < 1e-6, "{v}");
         assert!(uv.abs() < 1e-8, "{uv}");
+        // From 2 m away, where the surface is met, to 0.02 m along the warp, which 0.01 of v is.
+        let middle = (2.0 * direction + 0.02 * Vec3::Y).normalize();
+        let offset = cast.offset(middle, 2.0);
+        assert!(offset.abs_diff_eq(Vec2::new(0.0, 0.01), 2e-4), "{offset}");
     }
 }

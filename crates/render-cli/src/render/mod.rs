@@ -58,7 +58,7 @@ impl Expose for View<'_> {
             let place = corner + self.scene.filter.offset(sample.next_2d());
             // Two numbers that a pinhole leaves for what comes next.
             let lens = self.scene.lens.map_or(Vec2::ZERO, |_| sample.next_2d());
-            (self.camera.beam(place, lens), sample)
+            (self.camera.beam(place, corner + 0.5, lens), sample)
         });
         integrator::expose(self.scene, beams, self.has_layers)
     }

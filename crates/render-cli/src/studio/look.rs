@@ -57,7 +57,7 @@ impl Shown {
     /// The side and the place, m, of the cloth in the middle of what the camera sees at `place`,
     /// pixels; `None` where there is no cloth.
     fn cloth_at(&self, camera: &Camera, place: Vec2) -> Option<(Side, DVec2)> {
-        let ray = camera.beam(place, Vec2::ZERO).ray;
+        let ray = camera.beam(place, place, Vec2::ZERO).ray;
         let hit = self.scene.geometry().intersect(&ray, 0.0, f32::INFINITY)?;
         let surface = self.scene.surface(&hit);
         if !matches!(surface.material, Material::Cloth { .. }) {

@@ -176,7 +176,8 @@ fn advance(
             }
             let direction = bounce.direction;
             let origin = vertex.leave(scene, direction);
-            path.beam = Beam { ray: Ray { origin, direction }, spread: BOUNCE_SPREAD };
+            path.beam =
+                Beam { ray: Ray { origin, direction }, spread: BOUNCE_SPREAD, bundle: None };
             Some(path)
         });
     let on = on.collect();

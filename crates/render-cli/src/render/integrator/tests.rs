@@ -126,7 +126,7 @@ fn light_does_not_pass_through_a_surface() {
     let scene = scene(vec![square(Vec3::Z * 0.5, 5.0, 1.0)], CAMERA, vec![lamp(2.0)]);
     let below = Ray { origin: Vec3::ZERO, direction: Vec3::Z };
     let sampler = crate::render::sampler::PixelSampler::new([0, 0], 0);
-    let below = Beam { ray: below, spread: 0.0 };
+    let below = Beam { ray: below, spread: 0.0, bundle: None };
     let exposures = expose(&scene, [(below, sampler.sample(0))], false);
     assert_eq!(exposures[0].radiance, Vec3::ZERO);
 }

@@ -12,7 +12,7 @@ use super::{Estimator, balance, cloth::ClothPoints};
 use crate::{
     render::{
         exposure::{FirstHit, YarnSeen},
-        footprint::{self, Beam, Footprint, MOST_POINTS, POINTS},
+        footprint::{self, Beam, Cast, Footprint, MOST_POINTS, POINTS},
         intersect::{Hit, Ray},
         sampler::Sample,
     },
@@ -51,8 +51,8 @@ pub(super) struct Lit {
     pub(super) vertex: usize,
     /// The index of the light.
     pub(super) light: usize,
-    /// Of the places that the vertex has on cloth, the first one and how many are lit by this light.
-    places: [usize; 2],
+    /// Which one it is of how many that [share](Footprint::share) the places that the vertex has on cloth.
+    share: [usize; 2],
     /// Towards it, unit, in the shading frame.
     wi: Vec3,
     /// And in world space.
@@ -97,7 +97,8 @@ impl<'a> Vertex<'a> {
         let scatterer = match &surface.material {
             Material::Matte(reflectance) => Scatterer::Matte(*reflectance),
             Material::Cloth { shader, is_open } => {
-                let axes = footprint::axes(&point, beam, hit.t);
+                let cast = Cast::new(&point, beam.ray.direction);
+                let axes = cast.axes(beam.spread * hit.t);
                 let [a, b] = axes;
                 let deviation = (a * a + b * b).map(f32::sqrt).as_dvec2();
                 let far = scene.detail.far_weight(shader, deviation);
@@ -108,14 +109,22 @@ impl<'a> Vertex<'a> {
                     Scatterer::FarCloth(shader, footprint, cover.max(LEAST_COVER))
                 } else {
                     let cells = shader.cells(deviation);
-                    let footprint = Footprint::new(point.uv, axes, cells, sample.next_2d());
+                    let footprint = if let Some(bundle) = beam.bundle {
+                        let centre = point.uv + cast.offset(bundle.middle, hit.t);
+                        let axes = axes.map(|axis| axis * (bundle.spread / beam.spread));
+                        Footprint::new(centre, axes, cells, sample.start())
+                    } else {
+                        let start =
+                            sample.next_2d().to_array().map(|x| (x * 4_294_967_296.0) as u32);
+                        Footprint::new(point.uv, axes, cells, start)
+                    };
                     Scatterer::Cloth(shader, footprint)
                 }
             }
             Material::Standard { standard, size } => {
                 // Of even width, with the beam's deviation.
                 let width = 12.0_f32.sqrt();
-                let axes = footprint::axes(&point, beam, hit.t);
+                let axes = Cast::new(&point, beam.ray.direction).axes(beam.spread * hit.t);
                 let footprint = axes.map(|axis| axis * width / *size);
                 Scatterer::Standard(standard.at(point.uv / *size, footprint))
             }
@@ -146,7 +155,7 @@ impl<'a> Vertex<'a> {
                 lit.push(Lit {
                     vertex,
                     light: index,
-                    places: [0, MOST_POINTS],
+                    share: [0, 1],
                     wi,
                     direction: light.direction,
                     distance: light.distance,
@@ -156,15 +165,9 @@ impl<'a> Vertex<'a> {
             }
         }
         let lit = &mut lit[before..];
-        if let Scatterer::Cloth(_, footprint) = &self.scatterer
-            && lit.len() > 1
-        {
-            let all = footprint.places().len();
-            let count = all.div_ceil(lit.len());
-            let start = (sample.next_1d() * all as f32) as usize;
-            for (k, lit) in lit.iter_mut().enumerate() {
-                lit.places = [(start + k * count) % all, count];
-            }
+        let among = lit.len();
+        for (which, lit) in lit.iter_mut().enumerate() {
+            lit.share = [which, among];
         }
     }
 
@@ -273,8 +276,8 @@ pub(super) fn scattering(vertices: &[Vertex<'_>], lit: &[Lit], scene: &Scene) ->
                 Lobes { diffuse: reflectance * FRAC_1_PI * balance, other: Vec3::ZERO }
             }
             Scatterer::Cloth(shader, footprint) => {
-                let [first, count] = lit.places;
-                cloth.push(index, shader, footprint.some(first, count), [lit.wi, vertex.wo]);
+                let [which, among] = lit.share;
+                cloth.push(index, shader, footprint.share(which, among), [lit.wi, vertex.wo]);
                 Lobes::default()
             }
             Scatterer::FarCloth(shader, footprint, cover) => {
