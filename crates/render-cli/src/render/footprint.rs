@@ -193,14 +193,16 @@ mod tests {
 
     #[test]
     fn points_have_the_variance_of_the_beam() {
-        let n = 64_u64;
+        let [radii, angles] = [1024, 8];
+        let middle = |k: u64, count: u64| (((2 * k + 1) << 32) / (2 * count)) as u32;
+        let share = ((radii * angles) as f32 * MOST_POINTS as f32).recip();
         let mut variance = Vec2::ZERO;
         let mut mean = Vec2::ZERO;
-        for k in 0..n * n {
-            let start = [k % n, k / n].map(|k| ((2 * k + 1) << 32) / (2 * n)).map(|k| k as u32);
+        for k in 0..radii * angles {
+            let start = [middle(k / angles, radii), middle(k % angles, angles)];
             for point in gaussian_points::<MOST_POINTS>(start) {
-                mean += point / (MOST_POINTS as u64 * n * n) as f32;
-                variance += point * point / (MOST_POINTS as u64 * n * n) as f32;
+                mean += point * share;
+                variance += point * point * share;
             }
         }
         assert!(mean.length() < 1e-4, "{mean}");
