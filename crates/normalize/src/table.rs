@@ -23,6 +23,12 @@ const FINEST: u32 = 512;
 /// Columns per row, so that the cells half-way down are about square.
 const COLUMNS_PER_ROW: u32 = 4;
 
+/// The most that a bend of the albedo may be off after a halving, over what the halving corrected: at the share s of the
+/// way from an old node to the next, which is less than half, a bend by one is left off by 2s (½ − s) and was off by
+/// s/2 at the new node, twice as much at most; and where the albedo also curves, that may hide a third of the bend from
+/// the node.
+const BEND: f64 = 3.0;
+
 /// When to stop refining an [`AlbedoTable`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Resolution {
@@ -60,7 +66,8 @@ impl AlbedoTable {
     ///
     /// The grid is halved until the error is within the tolerance. What the halving corrects at the
     /// new nodes, half-way between the old ones, is the interpolation error of the grid before: for an
-    /// albedo with two derivatives about four times that of the grid after.
+    /// albedo with two derivatives about four times that of the grid after, but as little as a third of it where
+    /// the albedo bends close to an old node. The error allows for the bend.
     ///
     /// # Errors
     ///
@@ -73,7 +80,8 @@ impl AlbedoTable {
     /// use selvedge_normalize::glam::{DVec3, Vec2, Vec3};
     /// // f falls off towards grazing light: E = cos θ, its mean 2/3.
     /// let brdf = |_: Vec2, wi: Vec3, _: Vec3| wi.z / std::f32::consts::PI;
-    /// let table = AlbedoTable::of(&brdf, None, &Sampling::default(), &Resolution::default())?;
+    /// let resolution = Resolution { tolerance: 0.01, at_most: 64.try_into().expect("not 0") };
+    /// let table = AlbedoTable::of(&brdf, None, &Sampling::default(), &resolution)?;
     /// assert!((table.at(DVec3::new(0.6, 0.0, 0.8)) - 0.8).abs() <= table.error());
     /// let mean = table.mean();
     /// assert!((mean.value - 2.0 / 3.0).abs() <= mean.error && mean.error <= 0.01);
@@ -99,8 +107,9 @@ impl AlbedoTable {
         loop {
             let corrected;
             (table, corrected) = table.halved(&mut albedo)?;
-            if corrected <= resolution.tolerance || table.rows > finest / 2 {
-                return Ok(Self { error: corrected + largest_error, ..table });
+            let left = BEND * corrected;
+            if left <= resolution.tolerance || table.rows > finest / 2 {
+                return Ok(Self { error: left + largest_error, ..table });
             }
         }
     }
@@ -117,7 +126,7 @@ impl AlbedoTable {
         self.interpolated(row, turn.rem_euclid(1.0) * columns)
     }
 
-    /// The albedo is expected within [`AlbedoTable::at`] ± this in every direction: the largest
+    /// The albedo is expected within [`AlbedoTable::at`] ± this in every direction: three times the largest
     /// correction that the last halving made, plus the largest error stated for a node. A feature that
     /// fits between the nodes can be missed.
     #[must_use]

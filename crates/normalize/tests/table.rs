@@ -70,6 +70,21 @@ fn the_stated_error_holds_in_every_direction() {
 }
 
 #[test]
+fn the_stated_error_holds_at_a_bend_wherever_it_is() {
+    let resolution = Resolution { tolerance: 0.0, at_most: count(16) };
+    let mut greatest = 0.0_f64;
+    for z in (1..2000).map(|k| f64::from(k) / 2000.0) {
+        let bent = Exact(|_, w: DVec3| 0.3 * (w.z - z).abs());
+        let table = AlbedoTable::of(&bent, Some(DVec2::ZERO), &Sampling::default(), &resolution);
+        let table = table.expect("valid");
+        let off = table.at(DVec3::new((1.0 - z * z).sqrt(), 0.0, z));
+        assert!(off <= table.error(), "bend at {z}: off by {off}, stated {}", table.error());
+        greatest = greatest.max(off / table.error());
+    }
+    assert!(greatest > 0.5, "{greatest}: half of the error would do");
+}
+
+#[test]
 fn refinement_stops_at_the_tolerance_or_at_the_greatest_number_of_rows() {
     let rows = |tolerance, at_most| {
         let resolution = Resolution { tolerance, at_most: count(at_most) };
