@@ -118,6 +118,8 @@ pub(crate) struct SideBySide {
     pub(crate) grains: Vec<[f64; 2]>,
     /// Whether some type has lowered pieces.
     pub(crate) is_lowered: bool,
+    /// Whether some type cannot be seen at all.
+    pub(crate) is_hidden: bool,
 }
 
 /// Bits of a key that tell the piece of a type; the others tell the type.
@@ -312,6 +314,7 @@ impl SideBySide {
                 [0.0, 1.0],
             ),
             is_lowered: materials.iter().any(|material| !material.lowered.is_empty()),
+            is_hidden: materials.iter().any(|material| material.look.opacity == 0.0),
         }
     }
 

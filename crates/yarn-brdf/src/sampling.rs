@@ -37,7 +37,7 @@ impl Shader {
     /// A direction for light to `wo` at `uv` (m), drawn nearly in proportion to f cos θ by the three
     /// numbers `xi` in [0, 1).
     ///
-    /// `None` where nothing is reflected, or the drawn direction is below the surface: such a draw
+    /// `None` in a gap, on a yarn of opacity 0 and where the drawn direction is below the surface: such a draw
     /// counts as a sample that reflects nothing.
     #[must_use]
     pub fn sample(&self, uv: DVec2, wo: Vec3, xi: [f32; 3]) -> Option<Sample> {
@@ -56,7 +56,8 @@ impl Shader {
 
     /// The density, sr⁻¹, with which [`Shader::sample`] draws `wi` for `wo` at `uv` (m).
     ///
-    /// Its integral over `wi` is at most 1, and less by the draws that are not samples.
+    /// Its integral over `wi` is at most 1, and less by the draws that are not samples. It is above 0 for all
+    /// directions on the side of `wo`, but in a gap and on a yarn of opacity 0, where it is 0.
     #[must_use]
     pub fn pdf(&self, uv: DVec2, wi: Vec3, wo: Vec3) -> f32 {
         let pdf = self.with_seen(uv, wo, |seen| {
@@ -90,9 +91,11 @@ impl Shader {
     fn with_seen<T>(&self, uv: DVec2, wo: Vec3, use_it: impl FnOnce(&Seen<'_>) -> T) -> Option<T> {
         let wo = Vector::<f32>::of(wo);
         let (side, wo, _) = self.oriented(wo, wo)?;
-        self.with_place(&self.materials.single, uv, side, |place| {
-            use_it(&Seen { side, place, wo: to_yarn(wo, place.segment.is_warp) })
-        })
+        let seen = self.with_place(&self.materials.single, uv, side, |place| {
+            let wo = to_yarn(wo, place.segment.is_warp);
+            (place.look.opacity > 0.0).then(|| use_it(&Seen { side, place, wo }))
+        });
+        seen.flatten()
     }
 
     /// How directions are drawn there.

@@ -101,6 +101,9 @@ fn cloths() -> Vec<(String, Cloth)> {
         .map(|(k, yarn)| Yarn { size: 0.5 + 0.06 * k as f64, ..yarn.clone() })
         .collect();
     cloths.push(("mixed, gaps".into(), cloth(&still)));
+    let mut hidden = still;
+    (hidden[0].opacity, hidden[3].opacity) = (0.0, 0.5);
+    cloths.push(("mixed, hidden".into(), cloth(&hidden)));
     cloths
 }
 
@@ -234,6 +237,28 @@ fn lobes_with_densities_and_opacities_are_those_of_single_points() {
                 }
             }
         }
+    }
+}
+
+#[test]
+fn directions_are_drawn_wherever_there_is_opacity() {
+    let mut random = Random(7);
+    for (name, shader) in shaders() {
+        let mut found = [0; 2];
+        for Point { uv, wi, wo } in points(&mut random, 2000) {
+            let are_finite = uv.is_finite() && wi.is_finite() && wo.is_finite();
+            if are_finite && wi.z * wo.z > 0.0 {
+                let is_opaque = shader.opacity(uv) > 0.0;
+                assert_eq!(shader.pdf(uv, wi, wo) > 0.0, is_opaque, "{name} at {uv}: {wi} {wo}");
+                found[usize::from(is_opaque)] += 1;
+            }
+        }
+        assert!(found[1] > 800, "{name}: {found:?}");
+        assert_eq!(
+            found[0] > 20,
+            shader.has_gaps() || name.contains("hidden"),
+            "{name}: {found:?}"
+        );
     }
 }
 

@@ -80,13 +80,20 @@ impl Footprint {
         Self { places, count }
     }
 
-    /// Forgets the points that are not cloth, but in a gap; where all are, `centre` stands for them.
-    pub fn keep(&mut self, centre: Vec2, is_cloth: impl Iterator<Item = bool>) {
+    /// Forgets the points that are not cloth, but in a gap: those whose bits are 0. Where all are, `centre` stands for
+    /// them.
+    pub fn keep(&mut self, centre: Vec2, is_cloth: u16) {
         let all = *self;
+        let bits = u16::MAX >> (MOST_POINTS - all.count);
+        if is_cloth & bits == bits {
+            return;
+        }
         self.count = 0;
-        for (&place, _) in all.places().iter().zip(is_cloth).filter(|&(_, is_cloth)| is_cloth) {
-            self.places[self.count] = place;
-            self.count += 1;
+        for (k, &place) in all.places().iter().enumerate() {
+            if is_cloth >> k & 1 != 0 {
+                self.places[self.count] = place;
+                self.count += 1;
+            }
         }
         if self.count == 0 {
             (self.places[0], self.count) = (centre.as_dvec2(), 1);
@@ -96,8 +103,19 @@ impl Footprint {
     /// Those of the points that number `which` has if so many share them out, each an even part of them and at least
     /// one: from all over the pattern, uv in metres.
     pub fn share(&self, which: usize, among: usize) -> impl ExactSizeIterator<Item = DVec2> {
-        let count = self.count.div_ceil(among);
-        (0..count).map(move |k| self.places[(which + k * among) % self.count])
+        self.shared(which, among).map(|k| self.places[k])
+    }
+
+    /// The bits of the points that are those of a [share](Self::share) whose own bits are `of_share`.
+    pub fn bits(&self, which: usize, among: usize, of_share: u16) -> u16 {
+        let points = self.shared(which, among).enumerate();
+        points.fold(0, |bits, (k, point)| bits | (of_share >> k & 1) << point)
+    }
+
+    /// The numbers of the points of a [share](Self::share).
+    fn shared(&self, which: usize, among: usize) -> impl ExactSizeIterator<Item = usize> {
+        let all = self.count;
+        (0..all.div_ceil(among)).map(move |k| (which + k * among) % all)
     }
 
     /// The points, at least one: uv in metres.
@@ -240,16 +258,29 @@ mod tests {
     #[test]
     fn points_in_gaps_do_not_count() {
         let places = [[1.0, 1.0], [-1.0, 1.0], [2.0, 1.0], [0.0, 0.0]].map(DVec2::from_array);
-        let mean = |is_cloth: fn(&DVec2) -> bool| {
+        let mean = |is_cloth: u16| {
             let mut footprint = Footprint { places: [DVec2::NAN; MOST_POINTS], count: 4 };
             footprint.places[..4].copy_from_slice(&places);
-            footprint.keep(Vec2::Y, places.iter().map(is_cloth));
+            footprint.keep(Vec2::Y, is_cloth);
             let places = footprint.places();
             places.iter().sum::<DVec2>() / places.len() as f64
         };
-        assert_eq!(mean(|uv| uv.x > 0.0), DVec2::new(1.5, 1.0));
-        assert_eq!(mean(|_| true), DVec2::new(0.5, 0.75));
-        assert_eq!(mean(|_| false), DVec2::Y);
+        assert_eq!(mean(0b0101), DVec2::new(1.5, 1.0));
+        assert_eq!(mean(0b1111), DVec2::new(0.5, 0.75));
+        assert_eq!(mean(0), DVec2::Y);
+    }
+
+    #[test]
+    fn shares_take_all_points() {
+        for count in 1..=MOST_POINTS {
+            let footprint = Footprint { places: [DVec2::ZERO; MOST_POINTS], count };
+            for among in 1..=6 {
+                let all = (0..among).fold(0, |bits, k| bits | footprint.bits(k, among, u16::MAX));
+                assert_eq!(all, u16::MAX >> (MOST_POINTS - count), "{count} {among}");
+                let (first, rest) = (footprint.bits(0, among, 1), footprint.bits(0, among, !1));
+                assert_eq!((first, first & rest), (1, 0));
+            }
+        }
     }
 
     #[test]

@@ -15,6 +15,7 @@ use crate::material::Piece;
 use crate::pair::{Blocks, Pair, is_paired};
 use crate::phase::Parts;
 use crate::place::Look;
+use crate::real::Real;
 use crate::shader::{Shader, White};
 
 /// What is kept of the points of a chunk.
@@ -424,6 +425,11 @@ impl Shader {
         if wanted.has_density() {
             let density = load(simd, &chunk.points.density[0], first);
             let zero = <f32x16<S> as SimdBase<S>>::splat(simd, 0.0);
+            let is_seen = if self.materials.side_by_side.is_hidden {
+                is_seen & self.look(simd, &chunk.points, first).opacity.is_positive()
+            } else {
+                is_seen
+            };
             is_seen.select(density, zero).store_slice(&mut chunk.pdf[lanes.clone()]);
         }
         if wanted.has_lobes() {

@@ -126,9 +126,11 @@ impl<'a> ClothPoints<'a> {
         }
     }
 
-    /// Calls `each` with f at all places that were pushed for someone in turn, and the densities with
-    /// which [`ClothPoints::samples`] draws it.
-    pub(super) fn scattering(&self, tier: Tier, mut each: impl FnMut(usize, &Scattering<'_>)) {
+    /// Calls `each` with f at those places that were pushed for someone in turn and are not in gaps, the densities
+    /// with which [`ClothPoints::samples`] draws it, and a bit for each of all places: whether it is one of them.
+    ///
+    /// Directions in front of the surface are drawn anywhere on cloth, so where none is, there is a gap.
+    pub(super) fn scattering(&self, tier: Tier, mut each: impl FnMut(usize, &Scattering<'_>, u16)) {
         for (shader, points) in &self.cloths {
             let black = || vec![0.0; points.of.len()];
             let (mut specular, mut diffuse) =
@@ -162,16 +164,28 @@ impl<'a> ClothPoints<'a> {
             }
             let mut first = 0;
             for of in points.of.chunk_by(|a, b| a == b) {
-                let own = first..first + of.len();
-                first = own.end;
-                each(
-                    of[0],
-                    &Scattering {
-                        specular: specular.each_ref().map(|part| &part[own.clone()]),
-                        diffuse: diffuse.each_ref().map(|part| &part[own.clone()]),
-                        pdf: &pdf[own],
-                    },
-                );
+                let all = first..first + of.len();
+                first = all.end;
+                let mut is_cloth = 0;
+                let mut end = all.start;
+                for k in all.clone() {
+                    if pdf[k] > 0.0 {
+                        is_cloth |= 1 << (k - all.start);
+                        if end < k {
+                            for part in specular.iter_mut().chain(&mut diffuse).chain([&mut pdf]) {
+                                part[end] = part[k];
+                            }
+                        }
+                        end += 1;
+                    }
+                }
+                let own = all.start..end;
+                let scattering = Scattering {
+                    specular: specular.each_ref().map(|part| &part[own.clone()]),
+                    diffuse: diffuse.each_ref().map(|part| &part[own.clone()]),
+                    pdf: &pdf[own],
+                };
+                each(of[0], &scattering, is_cloth);
             }
         }
     }

@@ -121,7 +121,6 @@ fn advance(
         met.push(Vertex::new(scene, hit, &path.beam, &mut path.sample));
         arrived.push(path);
     }
-    vertex::close_gaps(&mut met);
     let [near, far] = vertex::shades(&met);
     scene.shades.add(near, far);
     clock.lap(Stage::Surface);
@@ -129,7 +128,7 @@ fn advance(
     let samples = arrived.iter_mut().map(|path| &mut path.sample);
     let lit = vertex::lights(&met, samples, scene);
     clock.lap(Stage::Light);
-    let lobes = vertex::scattering(&met, &lit, scene);
+    let lobes = vertex::scattering(&mut met, &lit, scene);
     clock.lap(Stage::Scattering);
     let mut chosen = Vec::with_capacity(arrived.len());
     let mut rest = lobes.as_slice();

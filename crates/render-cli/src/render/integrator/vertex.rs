@@ -228,24 +228,6 @@ pub(super) fn shades(vertices: &[Vertex<'_>]) -> [u64; 2] {
     ]
 }
 
-/// Takes points in gaps out of the footprints.
-pub(super) fn close_gaps(vertices: &mut [Vertex<'_>]) {
-    let mut cloth = ClothPoints::new(vertices.len() * MOST_POINTS);
-    for (index, vertex) in vertices.iter().enumerate() {
-        if let Scatterer::Cloth(shader, footprint) = &vertex.scatterer
-            && shader.has_gaps()
-        {
-            cloth.push_places(index, shader, footprint.places().iter().copied());
-        }
-    }
-    cloth.opacities(|index, opacities| {
-        let vertex = &mut vertices[index];
-        if let Scatterer::Cloth(_, footprint) = &mut vertex.scatterer {
-            footprint.keep(vertex.point.uv, opacities.iter().map(|&opacity| opacity > 0.0));
-        }
-    });
-}
-
 /// Light from all lights that each of the `vertices` looks at, in their order.
 pub(super) fn lights<'a>(
     vertices: &[Vertex<'_>],
@@ -263,56 +245,116 @@ pub(super) fn lights<'a>(
 }
 
 /// f without the cosine for each light: its share in what the light and [`bounces`] find, as the estimator
-/// of the scene has it.
-pub(super) fn scattering(vertices: &[Vertex<'_>], lit: &[Lit], scene: &Scene) -> Vec<Lobes> {
-    let balance = |found, pdf| match scene.estimator {
-        Estimator::Both => balance(found, pdf),
-        Estimator::Lights | Estimator::Directions => 1.0,
-    };
-    let mut cloth = ClothPoints::new(lit.len() * MOST_POINTS);
-    let of_light = |(index, lit): (usize, &Lit)| {
-        let vertex = &vertices[lit.vertex];
-        match &vertex.scatterer {
-            Scatterer::Matte(reflectance) => {
-                let balance = balance(lit.density, lit.wi.z.abs() * FRAC_1_PI);
-                Lobes { diffuse: reflectance * FRAC_1_PI * balance, other: Vec3::ZERO }
+/// of the scene has it. Takes points in gaps out of the footprints.
+pub(super) fn scattering(vertices: &mut [Vertex<'_>], lit: &[Lit], scene: &Scene) -> Vec<Lobes> {
+    let mut lobes: Vec<_> = lit
+        .iter()
+        .map(|lit| {
+            let vertex = &vertices[lit.vertex];
+            let balance = |pdf| weight_of_light(scene, lit.density, pdf);
+            match &vertex.scatterer {
+                Scatterer::Matte(reflectance) => {
+                    let balance = balance(lit.wi.z.abs() * FRAC_1_PI);
+                    Lobes { diffuse: reflectance * FRAC_1_PI * balance, other: Vec3::ZERO }
+                }
+                Scatterer::Cloth(..) => Lobes::default(),
+                Scatterer::FarCloth(shader, footprint, cover) => {
+                    let f = shader.far_eval_lobes(footprint, lit.wi, vertex.wo);
+                    let weight = balance(shader.far_pdf(footprint, lit.wi, vertex.wo)) / cover;
+                    Lobes { diffuse: f.diffuse, other: f.specular }.scaled(Vec3::splat(weight))
+                }
+                Scatterer::Standard(point) => {
+                    let [diffuse, other] = point.eval_lobes(lit.wi, vertex.wo);
+                    let weight = balance(point.pdf(lit.wi, vertex.wo));
+                    Lobes { diffuse, other }.scaled(Vec3::splat(weight))
+                }
             }
-            Scatterer::Cloth(shader, footprint) => {
-                let [which, among] = lit.share;
-                cloth.push(index, shader, footprint.share(which, among), [lit.wi, vertex.wo]);
-                Lobes::default()
-            }
-            Scatterer::FarCloth(shader, footprint, cover) => {
-                let f = shader.far_eval_lobes(footprint, lit.wi, vertex.wo);
-                let pdf = shader.far_pdf(footprint, lit.wi, vertex.wo);
-                let weight = balance(lit.density, pdf) / cover;
-                Lobes { diffuse: f.diffuse, other: f.specular }.scaled(Vec3::splat(weight))
-            }
-            Scatterer::Standard(point) => {
-                let [diffuse, other] = point.eval_lobes(lit.wi, vertex.wo);
-                let weight = balance(lit.density, point.pdf(lit.wi, vertex.wo));
-                Lobes { diffuse, other }.scaled(Vec3::splat(weight))
-            }
+        })
+        .collect();
+    let mut missed = Vec::new();
+    let mut is_cloth = vec![0; vertices.len()];
+    cloth_scattering(vertices, lit, 0..lit.len(), scene, |index, found, bits| {
+        let Lit { vertex, share: [which, among], .. } = lit[index];
+        if let (Scatterer::Cloth(_, footprint), true) = (&vertices[vertex].scatterer, bits != 0) {
+            lobes[index] = found;
+            is_cloth[vertex] |= footprint.bits(which, among, bits);
+        } else {
+            missed.push(index);
         }
-    };
-    let mut lobes: Vec<_> = lit.iter().enumerate().map(of_light).collect();
+    });
+    close_gaps(vertices, is_cloth);
+    // The share of these was nothing but gaps.
+    cloth_scattering(vertices, lit, missed, scene, |index, found, _| lobes[index] = found);
+    lobes
+}
+
+/// Calls `each` with the lobes that those lights find that are `wanted` and shine on cloth, each at its share of the
+/// places there, and with a bit for each place: whether it is in no gap. The places in gaps do not count.
+fn cloth_scattering(
+    vertices: &[Vertex<'_>],
+    lit: &[Lit],
+    wanted: impl IntoIterator<Item = usize>,
+    scene: &Scene,
+    mut each: impl FnMut(usize, Lobes, u16),
+) {
+    let mut cloth = ClothPoints::new(lit.len() * MOST_POINTS);
+    for index in wanted {
+        let Lit { vertex, share: [which, among], wi, .. } = lit[index];
+        let Vertex { scatterer, wo, .. } = &vertices[vertex];
+        if let Scatterer::Cloth(shader, footprint) = scatterer {
+            cloth.push(index, shader, footprint.share(which, among), [wi, *wo]);
+        }
+    }
     let drawing = Drawing::of(scene);
-    cloth.scattering(scene.tier, |index, places| {
-        let found = lit[index].density;
+    cloth.scattering(scene.tier, |index, places, is_cloth| {
+        let balance = |pdf| weight_of_light(scene, lit[index].density, pdf);
         let count = places.count() as f32;
         let [diffuse, other] = if drawing.is_alone {
-            places.sums(|pdf| balance(found, pdf) / count)
+            places.sums(|pdf| balance(pdf) / count)
         } else {
             let groups = footprint::groups(places.count(), drawing.groups).map(|group| {
                 let group = places.some(group);
-                let weight = balance(found, group.density()) / count;
+                let weight = balance(group.density()) / count;
                 group.sums(|_| weight)
             });
             groups.fold([Vec3::ZERO; 2], |[diffuse, other], [d, o]| [diffuse + d, other + o])
         };
-        lobes[index] = Lobes { diffuse, other };
+        each(index, Lobes { diffuse, other }, is_cloth);
     });
-    lobes
+}
+
+/// The share of a light that was found with the density `found` where directions are drawn with `pdf`.
+fn weight_of_light(scene: &Scene, found: f32, pdf: f32) -> f32 {
+    match scene.estimator {
+        Estimator::Both => balance(found, pdf),
+        Estimator::Lights | Estimator::Directions => 1.0,
+    }
+}
+
+/// Takes points in gaps out of the footprints: of those of the vertices whose bits of `is_cloth` are 0, where none was
+/// looked at or none was found, all are asked for.
+fn close_gaps(vertices: &mut [Vertex<'_>], mut is_cloth: Vec<u16>) {
+    let mut cloth = ClothPoints::new(0);
+    for (index, vertex) in vertices.iter().enumerate() {
+        if let Scatterer::Cloth(shader, footprint) = &vertex.scatterer
+            && is_cloth[index] == 0
+        {
+            if shader.has_gaps() {
+                cloth.push_places(index, shader, footprint.places().iter().copied());
+            } else {
+                is_cloth[index] = u16::MAX;
+            }
+        }
+    }
+    cloth.opacities(|index, opacities| {
+        let bits = opacities.iter().rev();
+        is_cloth[index] = bits.fold(0, |bits, &opacity| bits << 1 | u16::from(opacity > 0.0));
+    });
+    for (vertex, is_cloth) in vertices.iter_mut().zip(is_cloth) {
+        if let Scatterer::Cloth(_, footprint) = &mut vertex.scatterer {
+            footprint.keep(vertex.point.uv, is_cloth);
+        }
+    }
 }
 
 /// How the places of a vertex on cloth draw ways on.
