@@ -115,7 +115,11 @@ impl Footprint {
     /// The numbers of the points of a [share](Self::share).
     fn shared(&self, which: usize, among: usize) -> impl ExactSizeIterator<Item = usize> {
         let all = self.count;
-        (0..all.div_ceil(among)).map(move |k| (which + k * among) % all)
+        (0..all.div_ceil(among)).map(move |k| {
+            let point = which + k * among;
+            // Mostly there are more than share them.
+            if point < all { point } else { point % all }
+        })
     }
 
     /// The points, at least one: uv in metres.

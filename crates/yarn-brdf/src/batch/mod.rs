@@ -231,24 +231,25 @@ impl Shader {
         same_length(expected, [("v", uv[1].len()), ("opacity", opacity.len())].into_iter())?;
         // The face shows the same places for all directions.
         let up = [[0.0; CHUNK], [0.0; CHUNK], [1.0; CHUNK]];
-        let mut chunk = Chunk::new();
-        for first in (0..expected).step_by(CHUNK) {
-            let range = first..expected.min(first + CHUNK);
-            let w = up.each_ref().map(|part| &part[..range.len()]);
-            let uv = uv.map(|part| &part[range.clone()]);
-            let points = Batch { uv, wi: w, wo: w, active: None };
-            dispatch!(self.level, simd => self.find_all(simd, &points, &mut chunk));
-            for (k, opacity) in opacity[range].iter_mut().enumerate() {
-                let is_finite = uv[0][k].is_finite() && uv[1][k].is_finite();
-                *opacity = if chunk.is_apart[k] || !is_finite {
-                    self.opacity(DVec2::new(uv[0][k], uv[1][k]))
-                } else if chunk.piece[k] == NOTHING {
-                    0.0
-                } else {
-                    self.materials.single[chunk.points.yarn[k] as usize].look.opacity
-                };
+        Chunk::with(|chunk| {
+            for first in (0..expected).step_by(CHUNK) {
+                let range = first..expected.min(first + CHUNK);
+                let w = up.each_ref().map(|part| &part[..range.len()]);
+                let uv = uv.map(|part| &part[range.clone()]);
+                let points = Batch { uv, wi: w, wo: w, active: None };
+                dispatch!(self.level, simd => self.find_all(simd, &points, chunk));
+                for (k, opacity) in opacity[range].iter_mut().enumerate() {
+                    let is_finite = uv[0][k].is_finite() && uv[1][k].is_finite();
+                    *opacity = if chunk.is_apart[k] || !is_finite {
+                        self.opacity(DVec2::new(uv[0][k], uv[1][k]))
+                    } else if chunk.piece[k] == NOTHING {
+                        0.0
+                    } else {
+                        self.materials.single[chunk.points.yarn[k] as usize].look.opacity
+                    };
+                }
             }
-        }
+        });
         Ok(())
     }
 
@@ -262,38 +263,43 @@ impl Shader {
         let Draws { uv, wo, xi, active } = *draws;
         let all = Batch { uv, wi: xi, wo, active };
         all.check(&[("wi", lengths(&wi)), ("weight", lengths(&weight)), ("pdf", [pdf.len(); 3])])?;
-        let mut chunk = Chunk::new();
-        let mut drawn = [[0.0; CHUNK]; 3];
-        for first in (0..all.len()).step_by(CHUNK) {
-            let part = all.part(first, CHUNK);
-            let is_short = part.len() < self.fewest();
-            if !is_short {
-                dispatch!(self.level, simd => self.draw_lanes(simd, &part, &mut drawn, &mut chunk));
+        Chunk::with(|chunk| {
+            for first in (0..all.len()).step_by(CHUNK) {
+                self.draw_chunk(&all.part(first, CHUNK), chunk, |k, sample| {
+                    for c in 0..3 {
+                        wi[c][first + k] = sample.wi[c];
+                        weight[c][first + k] = sample.weight[c];
+                    }
+                    pdf[first + k] = sample.pdf;
+                });
             }
-            let is_irregular = self.materials.side_by_side.is_irregular;
-            for k in 0..part.len() {
-                let sample = if is_short || (is_irregular && chunk.is_apart[k]) {
-                    let is_wanted = part.active.is_none_or(|active| active[k]);
-                    let wo = Vec3::from_array(part.wo.map(|c| c[k]));
-                    let uv = DVec2::new(part.uv[0][k], part.uv[1][k]);
-                    is_wanted.then(|| self.sample(uv, wo, part.wi.map(|c| c[k]))).flatten()
-                } else {
-                    let of =
-                        |all: &[[f32; CHUNK]; 3]| Vec3::from_array(all.each_ref().map(|c| c[k]));
-                    let (wi, pdf) = (of(&drawn), chunk.pdf[k]);
-                    let weight = (of(&chunk.specular) + of(&chunk.diffuse)) * wi.z.abs() / pdf;
-                    (pdf > 0.0 && weight.is_finite()).then_some(Sample { wi, weight, pdf })
-                };
-                let none = Sample { wi: Vec3::ZERO, weight: Vec3::ZERO, pdf: 0.0 };
-                let sample = sample.unwrap_or(none);
-                for c in 0..3 {
-                    wi[c][first + k] = sample.wi[c];
-                    weight[c][first + k] = sample.weight[c];
-                }
-                pdf[first + k] = sample.pdf;
-            }
-        }
+        });
         Ok(())
+    }
+
+    /// Calls `each` with what is drawn at each point of `part`, whose numbers stand in the place of the directions to
+    /// the light: zeros where it is nothing.
+    fn draw_chunk(&self, part: &Batch<'_>, chunk: &mut Chunk, mut each: impl FnMut(usize, Sample)) {
+        let mut drawn = [[0.0; CHUNK]; 3];
+        let is_short = part.len() < self.fewest();
+        if !is_short {
+            dispatch!(self.level, simd => self.draw_lanes(simd, part, &mut drawn, chunk));
+        }
+        let is_irregular = self.materials.side_by_side.is_irregular;
+        for k in 0..part.len() {
+            let sample = if is_short || (is_irregular && chunk.is_apart[k]) {
+                let is_wanted = part.active.is_none_or(|active| active[k]);
+                let wo = Vec3::from_array(part.wo.map(|c| c[k]));
+                let uv = DVec2::new(part.uv[0][k], part.uv[1][k]);
+                is_wanted.then(|| self.sample(uv, wo, part.wi.map(|c| c[k]))).flatten()
+            } else {
+                let of = |all: &[[f32; CHUNK]; 3]| Vec3::from_array(all.each_ref().map(|c| c[k]));
+                let (wi, pdf) = (of(&drawn), chunk.pdf[k]);
+                let weight = (of(&chunk.specular) + of(&chunk.diffuse)) * wi.z.abs() / pdf;
+                (pdf > 0.0 && weight.is_finite()).then_some(Sample { wi, weight, pdf })
+            };
+            each(k, sample.unwrap_or(Sample { wi: Vec3::ZERO, weight: Vec3::ZERO, pdf: 0.0 }));
+        }
     }
 
     /// [`Shader::yarn_at`] of each point at `uv` (m), in single precision.
@@ -342,12 +348,13 @@ impl Shader {
         wanted: Wanted,
         mut take: impl FnMut(Range<usize>, &Chunk),
     ) {
-        let mut chunk = Chunk::new();
-        for first in (0..points.len()).step_by(CHUNK) {
-            let part = points.part(first, CHUNK);
-            self.shade(&part, wanted, &mut chunk);
-            take(first..first + part.len(), &chunk);
-        }
+        Chunk::with(|chunk| {
+            for first in (0..points.len()).step_by(CHUNK) {
+                let part = points.part(first, CHUNK);
+                self.shade(&part, wanted, chunk);
+                take(first..first + part.len(), chunk);
+            }
+        });
     }
 
     /// Sets what is `wanted` of `points` in `chunk`.

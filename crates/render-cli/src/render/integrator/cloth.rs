@@ -5,7 +5,10 @@ use std::{ops::Range, ptr};
 use glam::{DVec2, Vec3};
 use selvedge_yarn_brdf::{Batch, Draws, Lobes, Sample, Samples, Shader};
 
-use crate::render::{detail::Tier, footprint::POINTS};
+use crate::render::{
+    detail::Tier,
+    footprint::{MOST_POINTS, POINTS},
+};
 
 /// Places of cloth, with two directions or with numbers that choose one, and with the index of whom
 /// they are of.
@@ -166,20 +169,7 @@ impl<'a> ClothPoints<'a> {
             for of in points.of.chunk_by(|a, b| a == b) {
                 let all = first..first + of.len();
                 first = all.end;
-                let mut is_cloth = 0;
-                let mut end = all.start;
-                for k in all.clone() {
-                    if pdf[k] > 0.0 {
-                        is_cloth |= 1 << (k - all.start);
-                        if end < k {
-                            for part in specular.iter_mut().chain(&mut diffuse).chain([&mut pdf]) {
-                                part[end] = part[k];
-                            }
-                        }
-                        end += 1;
-                    }
-                }
-                let own = all.start..end;
+                let (own, is_cloth) = keep_cloth(all, &mut pdf, [&mut specular, &mut diffuse]);
                 let scattering = Scattering {
                     specular: specular.each_ref().map(|part| &part[own.clone()]),
                     diffuse: diffuse.each_ref().map(|part| &part[own.clone()]),
@@ -256,14 +246,40 @@ impl Points {
     }
 }
 
-/// Appends so many of `value`: mostly as many as a footprint has, which is quickest if it is known.
+/// Puts those places of `all` first whose densities are not 0, as they are in gaps. Returns where they are now, and a bit
+/// for each place that was there: whether it is one of them.
+fn keep_cloth(
+    all: Range<usize>,
+    pdf: &mut [f32],
+    lobes: [&mut [Vec<f32>; 3]; 2],
+) -> (Range<usize>, u16) {
+    if pdf[all.clone()].iter().fold(true, |are_cloth, &pdf| are_cloth & (pdf != 0.0)) {
+        return (all, u16::MAX);
+    }
+    let [specular, diffuse] = lobes;
+    let (mut is_cloth, mut end) = (0, all.start);
+    for k in all.clone() {
+        if pdf[k] != 0.0 {
+            is_cloth |= 1 << (k - all.start);
+            pdf[end] = pdf[k];
+            specular.iter_mut().chain(&mut *diffuse).for_each(|part| part[end] = part[k]);
+            end += 1;
+        }
+    }
+    (all.start..end, is_cloth)
+}
+
+/// Appends so many of `value`, at most as many as a footprint has: to copy a known number of them and take the rest back
+/// is quickest.
 #[inline]
 fn repeat<T: Copy>(values: &mut Vec<T>, value: T, count: usize) {
-    if count == POINTS {
+    let end = values.len() + count;
+    if count <= POINTS {
         values.extend_from_slice(&[value; POINTS]);
     } else {
-        values.resize(values.len() + count, value);
+        values.extend_from_slice(&[value; MOST_POINTS]);
     }
+    values.truncate(end);
 }
 
 /// Vector `k` of those whose components these are.

@@ -144,11 +144,11 @@ impl<'a> Vertex<'a> {
     /// They light the places of cloth in turn, each an even share of them and at least one: so many places
     /// in the light of all have less noise than all in the light of one, and take as long.
     fn draw_lights(&self, vertex: usize, scene: &Scene, sample: &mut Sample, lit: &mut Vec<Lit>) {
-        let square = sample.next_2d();
+        let square = sample.next_2d().into();
         let before = lit.len();
         for index in scene.lights.draw(|| sample.next_1d()) {
             let light = &scene.lights.as_slice()[index];
-            let Some(light) = light.sample(self.point.position, square) else { continue };
+            let Some(light) = light.sample(self.point.position, &square) else { continue };
             let wi = self.frame.transpose() * light.direction;
             let expected = scene.lights.expected(index);
             if self.is_in_front(wi, light.direction) {

@@ -2,9 +2,9 @@
 
 use std::f32::consts::PI;
 
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 
-use super::{LightAhead, LightSample, cone::Cone};
+use super::{LightAhead, LightSample, Square, cone::Cone};
 
 /// A light at infinity that looks like an even disc, or comes from a single direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,7 +36,7 @@ impl Distant {
     }
 
     /// See [`Light::sample`](super::Light::sample): all directions of the disc are equally likely.
-    pub(super) fn sample(&self, square: Vec2) -> Option<LightSample> {
+    pub(super) fn sample(&self, square: &Square) -> Option<LightSample> {
         let single = LightSample {
             direction: self.towards,
             distance: f32::INFINITY,

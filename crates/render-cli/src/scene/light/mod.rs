@@ -13,8 +13,9 @@ mod environment;
 mod lights;
 mod quad;
 mod sphere;
+mod square;
 
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 
 pub use self::{
     distant::Distant,
@@ -23,6 +24,7 @@ pub use self::{
     lights::Lights,
     quad::Quad,
     sphere::Sphere,
+    square::Square,
 };
 use crate::image::luminance;
 
@@ -70,19 +72,20 @@ pub struct LightAhead {
 }
 
 impl Light {
-    /// The light that reaches `position` (world space, metres) from the direction that `square` in
-    /// [0, 1]² names; the mean over the square is the irradiance. `None` where none arrives, and for
+    /// The light that reaches `position` (world space, metres) from the direction that `square`
+    /// names; the mean over the square is the irradiance. `None` where none arrives, and for
     /// what is not a number.
-    pub fn sample(&self, position: Vec3, square: Vec2) -> Option<LightSample> {
-        if !(position.is_finite() && square.is_finite()) {
+    pub fn sample(&self, position: Vec3, square: &Square) -> Option<LightSample> {
+        let point = square.point();
+        if !(position.is_finite() && point.is_finite()) {
             return None;
         }
         let sample = match self {
-            Self::Quad(quad) => quad.sample(position, square),
+            Self::Quad(quad) => quad.sample(position, point),
             Self::Sphere(sphere) => sphere.sample(position, square),
             Self::Distant(distant) => distant.sample(square),
-            Self::Constant(constant) => Some(constant.sample(square)),
-            Self::Environment(environment) => environment.sample(square),
+            Self::Constant(constant) => Some(constant.sample(point)),
+            Self::Environment(environment) => environment.sample(point),
             Self::Sky(_) => None,
         }?;
         let LightSample { direction, irradiance, density, .. } = sample;

@@ -2,9 +2,9 @@
 
 use std::f32::consts::PI;
 
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DVec3, Vec3};
 
-use super::{LightAhead, LightSample, cone::Cone};
+use super::{LightAhead, LightSample, Square, cone::Cone};
 
 /// A ball that shines evenly from its outside. Nothing of it arrives inside.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,7 +28,7 @@ struct View {
 impl Sphere {
     /// See [`Light::sample`](super::Light::sample): all directions to the ball are equally likely
     /// (Shirley, Wang & Zimmerman 1996).
-    pub(super) fn sample(&self, position: Vec3, square: Vec2) -> Option<LightSample> {
+    pub(super) fn sample(&self, position: Vec3, square: &Square) -> Option<LightSample> {
         let view = self.view(position)?;
         let direction = view.cone.direction(square);
         let solid_angle = view.cone.solid_angle();

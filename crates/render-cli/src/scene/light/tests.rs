@@ -1,5 +1,7 @@
 use std::f32::consts::{FRAC_PI_2, PI};
 
+use glam::Vec2;
+
 use super::*;
 use crate::{
     chi_square::{Cap, Random},
@@ -55,7 +57,7 @@ fn lights() -> Vec<Light> {
 }
 
 fn direction(light: &Light, random: &mut Random) -> Option<Vec3> {
-    light.sample(Vec3::ZERO, random.square()).map(|sample| sample.direction)
+    light.sample(Vec3::ZERO, &random.square().into()).map(|sample| sample.direction)
 }
 
 #[test]
@@ -84,7 +86,7 @@ fn light_ahead_of_a_sample_is_the_sample() {
         // Borders of what a light looks like belong to neither side.
         let squares = (0..200).map(|_| 0.001 + 0.998 * random.square());
         for square in squares {
-            let sample = light.sample(Vec3::ZERO, square).unwrap();
+            let sample = light.sample(Vec3::ZERO, &square.into()).unwrap();
             let ahead = light.ahead(Vec3::ZERO, sample.direction).unwrap();
             let close = |a: f32, b: f32| a == b || (a / b - 1.0).abs() < 1e-4;
             let told = format!("{light:?} at {square}: {sample:?}, {ahead:?}");
@@ -102,7 +104,7 @@ fn light_ahead_of_a_sample_is_the_sample() {
 fn irradiance(light: &Light, normal: Vec3) -> Vec3 {
     let n = 256;
     let squares = (0..n * n).map(|k| (Vec2::new((k % n) as f32, (k / n) as f32) + 0.5) / n as f32);
-    let samples = squares.filter_map(|square| light.sample(Vec3::ZERO, square));
+    let samples = squares.filter_map(|square| light.sample(Vec3::ZERO, &square.into()));
     let sum: Vec3 =
         samples.map(|sample| sample.irradiance * sample.direction.dot(normal).max(0.0)).sum();
     sum / (n * n) as f32
@@ -171,7 +173,7 @@ fn lights_shine_to_one_side() {
         (&ball, Vec3::new(0.1, 0.0, 1.3)),
         (&ball, 1.5 * Vec3::Z),
     ] {
-        assert_eq!(light.sample(position, middle), None, "{light:?} from {position}");
+        assert_eq!(light.sample(position, &middle.into()), None, "{light:?} from {position}");
         for direction in [Vec3::X, Vec3::Y, Vec3::Z, Vec3::NEG_Z] {
             assert_eq!(light.ahead(position, direction), None, "{light:?} from {position}");
         }
@@ -184,7 +186,7 @@ fn lights_shine_to_one_side() {
 fn single_direction_is_found_by_sampling_alone() {
     // The second is narrower than a density that f32 can tell.
     for light in [distant(0.0), distant(1e-25)] {
-        let sample = light.sample(Vec3::ONE, Vec2::splat(0.3)).unwrap();
+        let sample = light.sample(Vec3::ONE, &Vec2::splat(0.3).into()).unwrap();
         assert_eq!(sample.density, f32::INFINITY);
         assert_eq!(sample.irradiance, Vec3::new(2.0, 1.0, 0.5));
         assert_eq!(light.ahead(Vec3::ONE, sample.direction), None);
@@ -208,7 +210,7 @@ fn extremes_are_finite_or_nothing() {
     for light in &lights {
         for position in [Vec3::ZERO, Vec3::new(0.3, 1.0, 1e-20), Vec3::splat(-1e15)] {
             for square in values.into_iter().flat_map(|x| values.map(|y| Vec2::new(x, y))) {
-                let Some(sample) = light.sample(position, square) else { continue };
+                let Some(sample) = light.sample(position, &square.into()) else { continue };
                 let told = format!("{light:?} from {position}: {sample:?}");
                 assert!(sample.direction.is_finite() && sample.irradiance.is_finite(), "{told}");
                 assert!(sample.density > 0.0 && sample.distance > 0.0, "{told}");
@@ -218,8 +220,8 @@ fn extremes_are_finite_or_nothing() {
             }
         }
         let nan = Vec3::new(0.0, f32::NAN, 0.0);
-        assert_eq!(light.sample(nan, Vec2::splat(0.5)), None);
-        assert_eq!(light.sample(Vec3::ZERO, Vec2::new(f32::NAN, 0.5)), None);
+        assert_eq!(light.sample(nan, &Vec2::splat(0.5).into()), None);
+        assert_eq!(light.sample(Vec3::ZERO, &Vec2::new(f32::NAN, 0.5).into()), None);
         assert_eq!(light.ahead(nan, Vec3::Z), None);
         assert_eq!(light.ahead(Vec3::ZERO, nan), None);
     }
