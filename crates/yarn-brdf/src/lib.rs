@@ -85,6 +85,7 @@ mod fabric;
 mod far;
 mod filament;
 mod frame;
+mod guide;
 mod lanes;
 mod material;
 mod math;
@@ -119,7 +120,7 @@ mod variants;
 mod weave;
 mod yarn;
 
-pub use batch::{Batch, BatchError, Colors, Draws, Instructions, Samples, YarnPoints};
+pub use batch::{Batch, BatchError, Colors, Draws, Guides, Instructions, Samples, YarnPoints};
 pub use cloth::{
     Cloth, ClothError, Combination, DEFAULT_PITCH, MIN_SIZE, PLAUSIBLE_PITCH, Steep, Thread,
 };
@@ -129,6 +130,7 @@ pub use explain::{Explanation, Factor, FibrePoint};
 pub use fabric::{Fabric, Override};
 pub use far::Footprint;
 pub use glam;
+pub use guide::Guide;
 pub use material::Lowered;
 pub use parameter::{ParamError, Parameter};
 pub use partial::{PartialError, PartialNoise, PartialYarn};

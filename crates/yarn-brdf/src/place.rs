@@ -55,6 +55,13 @@ impl<R: Real> Look<R> {
         self.color = [(r * factor).min(one), (g * factor).min(one), (b * factor).min(one)];
     }
 
+    /// The colour of the diffuse with the share of the place that is opaque.
+    #[inline(always)]
+    pub(crate) fn matte(&self) -> [R; 3] {
+        let [r, g, b] = self.color;
+        [r * self.opacity, g * self.opacity, b * self.opacity]
+    }
+
     /// Both lobes, highlight and diffuse, of a place that reflects `white` if it is white and opaque.
     #[inline(always)]
     pub(crate) fn lobes(&self, white: &White<R>) -> [[R; 3]; 2] {

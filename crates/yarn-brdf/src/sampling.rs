@@ -88,7 +88,12 @@ impl Shader {
     }
 
     /// What `use_it` makes of what `wo` sees at `uv`; `None` if that is nothing.
-    fn with_seen<T>(&self, uv: DVec2, wo: Vec3, use_it: impl FnOnce(&Seen<'_>) -> T) -> Option<T> {
+    pub(crate) fn with_seen<T>(
+        &self,
+        uv: DVec2,
+        wo: Vec3,
+        use_it: impl FnOnce(&Seen<'_>) -> T,
+    ) -> Option<T> {
         let wo = Vector::<f32>::of(wo);
         let (side, wo, _) = self.oriented(wo, wo)?;
         let seen = self.with_place(&self.materials.single, uv, side, |place| {
@@ -105,7 +110,7 @@ impl Shader {
     }
 
     /// A direction of the yarn frame in the shading frame.
-    fn to_surface(&self, seen: &Seen<'_>, w: Vector<f32>) -> Vec3 {
+    pub(crate) fn to_surface(&self, seen: &Seen<'_>, w: Vector<f32>) -> Vec3 {
         let w = from_yarn(w, seen.place.segment.is_warp);
         let w = if seen.side == Side::Back { w.turned_over() } else { w };
         let w = self.frame.turned_back(w);
@@ -121,9 +126,9 @@ impl Shader {
 }
 
 /// What a direction sees at a position.
-struct Seen<'a> {
+pub(crate) struct Seen<'a> {
     side: Side,
-    place: &'a Place<'a, f32>,
+    pub(crate) place: &'a Place<'a, f32>,
     /// In the yarn frame.
-    wo: Vector<f32>,
+    pub(crate) wo: Vector<f32>,
 }

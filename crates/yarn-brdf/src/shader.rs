@@ -443,40 +443,68 @@ impl Shader {
     pub(crate) fn diffuse<R: Real>(
         &self,
         piece: &Piece<R::Scalar>,
-        [x, y, ratio]: [R; 3],
+        at: [R; 3],
         inv_divisor: R,
         wi: Vector<R>,
         wo: Vector<R>,
     ) -> R {
-        let (zero, one) = (x.zero(), x.one());
-        let share = if !piece.has_highlight {
-            one
-        } else if self.combination == Combination::Lerp {
-            one - piece.amount
-        } else {
-            let scale = inv_divisor * piece.amount;
-            let [of_wi, of_wo] = piece.reflectance.of_both([wi, wo]);
-            let share = left(scale * of_wi.at(ratio)) * left(scale * of_wo.at(ratio));
-            if piece.diffuse_scale.is_some() {
-                // What a yarn's normal prefers may be what the highlight leaves.
-                share
-            } else {
-                // Away from 0 where an unnormalised highlight reflects more than it receives.
-                let of_all = scale * piece.mean.splat(ratio).at(ratio);
-                share / left(of_all).max(x.of(1e-3))
-            }
-        };
-        let shape = match piece.diffuse_scale {
-            None => one,
-            Some(scale) => {
-                let (sin_u, cos_u, _) = piece.optics.along(y);
-                let (sin_v, cos_v, _) = piece.optics.across(x);
-                let n = normal(sin_u, cos_u, sin_v, cos_v);
-                n.dot(wi).max(zero) * n.dot(wo).max(zero) * scale
-            }
-        };
-        share * shape * x.of(FRAC_1_PI)
+        self.diffuse_and_facing(piece, at, inv_divisor, [wi, wo]).0
     }
+
+    /// The diffuse lobe of an opaque white yarn, and where it faces in the yarn frame, sr⁻¹: see
+    /// [`Guide`](crate::guide::Guide).
+    #[inline(always)]
+    pub(crate) fn diffuse_and_facing<R: Real>(
+        &self,
+        piece: &Piece<R::Scalar>,
+        [x, y, ratio]: [R; 3],
+        inv_divisor: R,
+        [wi, wo]: [Vector<R>; 2],
+    ) -> (R, Vector<R>) {
+        let (zero, inv_pi) = (x.zero(), x.of(FRAC_1_PI));
+        let Left { of_wi, of_wo, of_all } = self.left_over(piece, ratio, inv_divisor, [wi, wo]);
+        let Some(scale) = piece.diffuse_scale else {
+            return (of_wi * of_wo / of_all * inv_pi, Vector::new(zero, zero, of_wo * inv_pi));
+        };
+        let (sin_u, cos_u, _) = piece.optics.along(y);
+        let (sin_v, cos_v, _) = piece.optics.across(x);
+        let n = normal(sin_u, cos_u, sin_v, cos_v);
+        // What a yarn's normal prefers may be what the highlight leaves.
+        let facing = n.dot(wo).max(zero) * scale * of_wo * inv_pi;
+        (n.dot(wi).max(zero) * facing * of_wi, n.times(facing * of_all))
+    }
+
+    /// What the highlight of segments of the shape `ratio` leaves to the diffuse.
+    #[inline(always)]
+    fn left_over<R: Real>(
+        &self,
+        piece: &Piece<R::Scalar>,
+        ratio: R,
+        inv_divisor: R,
+        w: [Vector<R>; 2],
+    ) -> Left<R> {
+        let one = ratio.one();
+        if !piece.has_highlight {
+            return Left { of_wi: one, of_wo: one, of_all: one };
+        }
+        if self.combination == Combination::Lerp {
+            return Left { of_wi: one - piece.amount, of_wo: one, of_all: one };
+        }
+        let scale = inv_divisor * piece.amount;
+        let [of_wi, of_wo] = piece.reflectance.of_both(w);
+        let (of_wi, of_wo) = (left(scale * of_wi.at(ratio)), left(scale * of_wo.at(ratio)));
+        // Away from 0 where an unnormalised highlight reflects more than it receives.
+        let of_all = left(scale * piece.mean.splat(ratio).at(ratio)).max(ratio.of(1e-3));
+        Left { of_wi, of_wo, of_all }
+    }
+}
+
+/// What the highlight leaves of light.
+struct Left<R> {
+    of_wi: R,
+    of_wo: R,
+    /// Of the light from everywhere.
+    of_all: R,
 }
 
 impl<T: Scalar> Piece<T> {

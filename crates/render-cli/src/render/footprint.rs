@@ -65,14 +65,27 @@ impl Footprint {
     /// deviation: no two close together. `cells` are the standard deviations of the beam along weft and warp, in
     /// cells of the draft.
     ///
+    /// `is_shared` if several lights share the points: then there are as many as all the usual numbers of lights share
+    /// evenly, and fewer, since the guides to the diffuse that they have from each other take off more noise.
+    ///
     /// `start` turns and shifts the pattern, in units of 2⁻³² of its periods. When it is uniform, each point by
     /// itself is distributed like the Gaussian.
-    pub fn new(centre: Vec2, [a, b]: [Vec2; 2], cells: DVec2, start: [u32; 2]) -> Self {
+    pub fn new(
+        centre: Vec2,
+        [a, b]: [Vec2; 2],
+        cells: DVec2,
+        is_shared: bool,
+        start: [u32; 2],
+    ) -> Self {
         let centre = centre.as_dvec2();
         let place = |point: Vec2| centre + (a * point.x + b * point.y).as_dvec2();
         let mut places = [DVec2::ZERO; MOST_POINTS];
         // A number of points that is known where they are made takes fewer instructions.
         let count = match cells.max_element() {
+            width if is_shared && width < FEW => {
+                fill(&mut places, gaussian_points::<6>(start).map(place))
+            }
+            _ if is_shared => fill(&mut places, gaussian_points::<12>(start).map(place)),
             width if width < FEW => fill(&mut places, gaussian_points::<POINTS>(start).map(place)),
             width if width < MORE => fill(&mut places, gaussian_points::<8>(start).map(place)),
             _ => fill(&mut places, gaussian_points::<MOST_POINTS>(start).map(place)),
@@ -188,8 +201,9 @@ fn fill<const COUNT: usize>(places: &mut [DVec2; MOST_POINTS], points: [DVec2; C
 /// 1959), whose generator is the best one for so few. Each by itself is distributed exactly so when `start` is uniform.
 fn gaussian_points<const COUNT: usize>([radius, angle]: [u32; 2]) -> [Vec2; COUNT] {
     let generator: usize = match COUNT {
-        4 => 2,
+        4 | 6 => 2,
         8 => 3,
+        12 => 5,
         _ => 6,
     };
     let turn = Vec2::from_angle(TAU * generator as f32 / COUNT as f32);
@@ -234,15 +248,16 @@ mod tests {
 
     #[test]
     fn wide_footprints_have_more_points() {
-        let count = |cells: DVec2| {
+        let count = |cells: DVec2, is_shared: bool| {
             let axes = [0.1 * Vec2::X, 0.1 * Vec2::Y];
-            let footprint = Footprint::new(Vec2::ONE, axes, cells, [u32::MAX; 2]);
+            let footprint = Footprint::new(Vec2::ONE, axes, cells, is_shared, [u32::MAX; 2]);
             let far = footprint.places().iter().map(|place| place.distance(DVec2::ONE));
             assert!(far.fold(0.0, f64::max) > 0.1);
             footprint.places().len()
         };
-        assert_eq!([0.0, 0.3, 0.4].map(|width| count(DVec2::new(0.1, width))), [4, 8, 16]);
-        assert_eq!(count(DVec2::NAN), 16);
+        let counts = |is_shared| [0.0, 0.3, 0.4].map(|v| count(DVec2::new(0.1, v), is_shared));
+        assert_eq!([false, true].map(counts), [[4, 8, 16], [6, 12, 12]]);
+        assert_eq!([false, true].map(|is_shared| count(DVec2::NAN, is_shared)), [16, 12]);
     }
 
     #[test]

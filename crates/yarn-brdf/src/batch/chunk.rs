@@ -40,6 +40,9 @@ pub(super) struct Chunk {
     pub(super) specular: [[f32; CHUNK]; 3],
     pub(super) diffuse: [[f32; CHUNK]; 3],
     pub(super) pdf: [f32; CHUNK],
+    /// The colours of guides, and where they face, in the shading frame.
+    pub(super) color: [[f32; CHUNK]; 3],
+    pub(super) facing: [[f32; CHUNK]; 3],
 }
 
 /// What is wanted of points.
@@ -50,6 +53,8 @@ pub(super) enum Wanted {
     Lobes,
     Density,
     Both,
+    /// Both, and guides to the diffuse.
+    Guided,
     /// A direction, drawn by the numbers that stand in its place.
     Direction,
     /// Both, of a direction that was just drawn.
@@ -59,12 +64,17 @@ pub(super) enum Wanted {
 impl Wanted {
     #[inline(always)]
     pub(super) fn has_lobes(self) -> bool {
-        matches!(self, Self::Sum | Self::Lobes | Self::Both | Self::Drawn)
+        matches!(self, Self::Sum | Self::Lobes | Self::Both | Self::Guided | Self::Drawn)
     }
 
     #[inline(always)]
     pub(super) fn has_density(self) -> bool {
-        matches!(self, Self::Density | Self::Both | Self::Drawn)
+        matches!(self, Self::Density | Self::Both | Self::Guided | Self::Drawn)
+    }
+
+    #[inline(always)]
+    pub(super) fn has_guides(self) -> bool {
+        self == Self::Guided
     }
 }
 
@@ -110,6 +120,8 @@ impl Chunk {
             specular: [[0.0; CHUNK]; 3],
             diffuse: [[0.0; CHUNK]; 3],
             pdf: [0.0; CHUNK],
+            color: [[0.0; CHUNK]; 3],
+            facing: [[0.0; CHUNK]; 3],
         }
     }
 }
@@ -243,7 +255,7 @@ impl Shader {
                     let mask = on(simd, pieces, key, block);
                     let bits = mask.to_bitmask() as u16;
                     if bits != u16::MAX && bits != 0 {
-                        points.scatter(LANES * block, alike, from, mask);
+                        points.scatter(LANES * block, alike, from, mask, wanted);
                         from += bits.count_ones() as usize;
                     }
                 }
@@ -276,7 +288,7 @@ impl Shader {
             self.density_of_piece(simd, piece, wanted, points, blocks.clone());
         }
         if wanted.has_lobes() {
-            self.diffuse_of_piece(simd, piece, points, blocks.clone());
+            self.diffuse_of_piece(simd, piece, wanted, points, blocks.clone());
             self.highlight_of_piece(simd, piece, points, blocks);
         }
     }
@@ -353,12 +365,13 @@ impl Shader {
         }
     }
 
-    /// Sets the diffuse, and the peak of the highlight to what scales it.
+    /// Sets the diffuse, where it faces if that is wanted, and the peak of the highlight to what scales it.
     #[inline(never)]
     fn diffuse_of_piece<S: Simd>(
         &self,
         simd: S,
         piece: &Piece<f32>,
+        wanted: Wanted,
         points: &mut Points,
         blocks: Range<usize>,
     ) {
@@ -366,9 +379,9 @@ impl Shader {
             #[inline(always)]
             || {
                 if is_paired(simd) {
-                    self.diffuses::<S, Pair<S>>(simd, piece, points, blocks);
+                    self.diffuses::<S, Pair<S>>(simd, piece, wanted, points, blocks);
                 } else {
-                    self.diffuses::<S, f32x16<S>>(simd, piece, points, blocks);
+                    self.diffuses::<S, f32x16<S>>(simd, piece, wanted, points, blocks);
                 }
             },
         );
@@ -379,6 +392,7 @@ impl Shader {
         &self,
         simd: S,
         piece: &Piece<f32>,
+        wanted: Wanted,
         points: &mut Points,
         blocks: Range<usize>,
     ) {
@@ -386,7 +400,13 @@ impl Shader {
             let (at, wi, wo) = points.taken::<S, B>(simd, firsts);
             let inv_divisor = piece.inv_divisor(at[2]);
             inv_divisor.put(&mut points.white[0], firsts);
-            self.diffuse(piece, at, inv_divisor, wi, wo).put(&mut points.white[2], firsts);
+            let (diffuse, facing) = self.diffuse_and_facing(piece, at, inv_divisor, [wi, wo]);
+            diffuse.put(&mut points.white[2], firsts);
+            if wanted.has_guides() {
+                facing.x.put(&mut points.facing[0], firsts);
+                facing.y.put(&mut points.facing[1], firsts);
+                facing.z.put(&mut points.facing[2], firsts);
+            }
         }
     }
 
@@ -448,15 +468,13 @@ impl Shader {
     #[inline(always)]
     fn color<S: Simd>(&self, simd: S, first: usize, wanted: Wanted, chunk: &mut Chunk) {
         let lanes = first..first + LANES;
-        let is_seen = !u32x16::from_slice(simd, &chunk.piece[lanes.clone()]).simd_eq(NOTHING);
+        let mut is_seen = !u32x16::from_slice(simd, &chunk.piece[lanes.clone()]).simd_eq(NOTHING);
+        if self.materials.side_by_side.is_hidden {
+            is_seen &= self.look(simd, &chunk.points, first).opacity.is_positive();
+        }
         if wanted.has_density() {
             let density = load(simd, &chunk.points.density[0], first);
             let zero = <f32x16<S> as SimdBase<S>>::splat(simd, 0.0);
-            let is_seen = if self.materials.side_by_side.is_hidden {
-                is_seen & self.look(simd, &chunk.points, first).opacity.is_positive()
-            } else {
-                is_seen
-            };
             is_seen.select(density, zero).store_slice(&mut chunk.pdf[lanes.clone()]);
         }
         if wanted.has_lobes() {
@@ -471,6 +489,12 @@ impl Shader {
             } else {
                 put(seen(is_seen, [r, g, b]), &mut chunk.specular, first);
                 put(seen(is_seen, [s, t, u]), &mut chunk.diffuse, first);
+            }
+            if wanted.has_guides() {
+                put(seen(is_seen, look.matte()), &mut chunk.color, first);
+                let facing = vector(simd, &chunk.points.facing, first);
+                let facing = self.shown(facing, first, chunk);
+                put(seen(is_seen, [facing.x, facing.y, facing.z]), &mut chunk.facing, first);
             }
         }
     }

@@ -16,6 +16,8 @@ use core::ops::Range;
 use fearless_simd::{Level, Simd};
 use glam::{DVec2, Vec3};
 
+use crate::frame::Vector;
+use crate::guide::Guide;
 use crate::lanes::dispatch;
 use crate::sampling::Sample;
 use crate::shader::{Lobes, Shader};
@@ -105,6 +107,15 @@ pub struct Draws<'a> {
     pub xi: [&'a [f32]; 3],
     /// Whether a point is wanted; all are without.
     pub active: Option<&'a [bool]>,
+}
+
+/// Where the [`Guide`]s of points go: all slices are equally long.
+#[derive(Debug)]
+pub struct Guides<'a> {
+    /// Linear RGB.
+    pub color: Colors<'a>,
+    /// x, y and z in the shading frame, sr⁻¹.
+    pub facing: [&'a mut [f32]; 3],
 }
 
 /// Where the samples of points go: all slices are as long as those of the [`Draws`].
@@ -215,6 +226,36 @@ impl Shader {
             for c in 0..3 {
                 specular[c][range.clone()].copy_from_slice(&chunk.specular[c][..range.len()]);
                 diffuse[c][range.clone()].copy_from_slice(&chunk.diffuse[c][..range.len()]);
+            }
+            pdf[range.clone()].copy_from_slice(&chunk.pdf[..range.len()]);
+        });
+        Ok(())
+    }
+
+    /// [`Shader::eval_lobes_pdf_batch`] and [`Shader::guide`] of each point in one pass, for little more than the
+    /// first takes.
+    ///
+    /// # Errors
+    ///
+    /// Slices of different lengths.
+    pub fn eval_lobes_pdf_guide_batch(
+        &self,
+        points: &Batch<'_>,
+        mut specular: Colors<'_>,
+        mut diffuse: Colors<'_>,
+        pdf: &mut [f32],
+        guides: Guides<'_>,
+    ) -> Result<(), BatchError> {
+        let Guides { mut color, mut facing } = guides;
+        points.check(&[("specular", lengths(&specular)), ("diffuse", lengths(&diffuse))])?;
+        points.check(&[("color", lengths(&color)), ("facing", lengths(&facing))])?;
+        points.check(&[("pdf", [pdf.len()])])?;
+        self.for_each_chunk(points, Wanted::Guided, |range, chunk| {
+            for c in 0..3 {
+                specular[c][range.clone()].copy_from_slice(&chunk.specular[c][..range.len()]);
+                diffuse[c][range.clone()].copy_from_slice(&chunk.diffuse[c][..range.len()]);
+                color[c][range.clone()].copy_from_slice(&chunk.color[c][..range.len()]);
+                facing[c][range.clone()].copy_from_slice(&chunk.facing[c][..range.len()]);
             }
             pdf[range.clone()].copy_from_slice(&chunk.pdf[..range.len()]);
         });
@@ -361,7 +402,8 @@ impl Shader {
     fn shade(&self, points: &Batch<'_>, wanted: Wanted, chunk: &mut Chunk) {
         if points.len() < self.fewest() {
             let colors = chunk.specular.iter_mut().chain(&mut chunk.diffuse);
-            for part in colors.chain([&mut chunk.pdf]) {
+            let guides = chunk.color.iter_mut().chain(&mut chunk.facing);
+            for part in colors.chain(guides).chain([&mut chunk.pdf]) {
                 part[..points.len()].fill(0.0);
             }
             for k in 0..points.len() {
@@ -390,6 +432,14 @@ impl Shader {
             }
             if wanted.has_density() {
                 chunk.pdf[k] = self.pdf(uv, wi, wo);
+            }
+            if wanted.has_guides() {
+                // As side by side, where nothing is lit nothing is found.
+                let is_lit = self.oriented(Vector::<f32>::of(wi), Vector::<f32>::of(wo)).is_some();
+                let guide = if is_lit { self.guide(uv, wo) } else { Guide::default() };
+                for c in 0..3 {
+                    (chunk.color[c][k], chunk.facing[c][k]) = (guide.color[c], guide.facing[c]);
+                }
             }
         }
     }

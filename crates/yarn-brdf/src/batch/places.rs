@@ -63,8 +63,7 @@ impl Shader {
         let is_warp = mask(chunk.is_warp[first / LANES]);
         let was_back = mask(chunk.is_back[first / LANES]);
         let is_drawn = w.z.is_positive();
-        let turned = Vector::new(is_warp.select(w.x, w.y), is_warp.select(w.y, -w.x), w.z);
-        let drawn = self.frame.turned_back(turned_over(turned, was_back));
+        let drawn = self.shown(w, first, chunk);
         let Oriented { is_lit, is_back, wi, .. } = self.oriented_lanes(drawn, drawn);
         let wi = to_yarn(wi, is_warp);
         put([wi.x, wi.y, wi.z], &mut chunk.points.wi, first);
@@ -73,6 +72,21 @@ impl Shader {
         let nothing = u32x16::splat(simd, NOTHING);
         is_sample.select(pieces, nothing).store_slice(&mut chunk.piece[first..first + LANES]);
         drawn
+    }
+
+    /// Vectors of the yarn frames of the block of points from `first` on, in the shading frame.
+    #[inline(always)]
+    pub(super) fn shown<S: Simd>(
+        &self,
+        w: Vector<f32x16<S>>,
+        first: usize,
+        chunk: &Chunk,
+    ) -> Vector<f32x16<S>> {
+        let mask = |bits: u16| mask32x16::from_bitmask(w.x.token(), bits.into());
+        let is_warp = mask(chunk.is_warp[first / LANES]);
+        let is_back = mask(chunk.is_back[first / LANES]);
+        let turned = Vector::new(is_warp.select(w.x, w.y), is_warp.select(w.y, -w.x), w.z);
+        self.frame.turned_back(turned_over(turned, is_back))
     }
 
     /// Takes points on yarn that looks different from place to place out of those that are shaded

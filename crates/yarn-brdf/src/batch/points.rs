@@ -2,6 +2,7 @@
 
 use fearless_simd::{Level, Simd, f32x16, mask32x16, prelude::*, u32x16};
 
+use super::chunk::Wanted;
 use crate::frame::Vector;
 use crate::lanes::LANES;
 use crate::pair::Blocks;
@@ -26,6 +27,8 @@ pub(super) struct Points {
     pub(super) white: [[f32; CHUNK]; 3],
     /// The density; or how a direction was drawn: the share of the highlight and the ends of its span.
     pub(super) density: [[f32; CHUNK]; 3],
+    /// Where the diffuse faces, and how much: see [`Guide`](crate::Guide), in the yarn frame.
+    pub(super) facing: [[f32; CHUNK]; 3],
 }
 
 /// Places, and the directions to the light and the viewer.
@@ -42,6 +45,7 @@ impl Points {
             lightness: [1.0; CHUNK],
             white: none,
             density: none,
+            facing: none,
         }
     }
 
@@ -96,11 +100,15 @@ impl Points {
         all: &Self,
         from: usize,
         mask: mask32x16<S>,
+        wanted: Wanted,
     ) {
         if is_packed_fast(mask.token()) {
             for k in 0..3 {
                 unpack(mask, &all.white[k], from, &mut self.white[k], to);
                 unpack(mask, &all.density[k], from, &mut self.density[k], to);
+                if wanted.has_guides() {
+                    unpack(mask, &all.facing[k], from, &mut self.facing[k], to);
+                }
             }
             return;
         }
@@ -108,6 +116,9 @@ impl Points {
             for k in 0..3 {
                 self.white[k][to] = all.white[k][from];
                 self.density[k][to] = all.density[k][from];
+                if wanted.has_guides() {
+                    self.facing[k][to] = all.facing[k][from];
+                }
             }
         }
     }

@@ -13,14 +13,15 @@ const EVEN: f32 = 0.25;
 const HUGE: f32 = 1e37;
 
 /// One of the lights `lit` of a vertex, chosen by `xi` in [0, 1) mostly in proportion to what it brings if
-/// nothing is in its way, and what stands for all of them if so, given f of each. `None` if none brings
+/// nothing is in its way, be it less than nothing, and what stands for all of them if so, given f of each. `None` if none brings
 /// anything.
 ///
 /// The choice is what a sum of all lights costs that looks for one of them alone (Talbot, Cline & Egbert
 /// 2005).
 pub(super) fn choose<'a>(lit: &'a [Lit], f: &[Lobes], xi: f32) -> Option<(&'a Lit, Lobes)> {
     let brought = |(lit, lobes): (&Lit, &Lobes)| lobes.scaled(lit.weight);
-    let weights = lit.iter().zip(f).map(brought).map(|lobes| weight(lobes.diffuse + lobes.other));
+    let weights =
+        lit.iter().zip(f).map(brought).map(|lobes| weight((lobes.diffuse + lobes.other).abs()));
     let (k, probability) = pick(weights, EVEN, xi)?;
     Some((&lit[k], brought((&lit[k], &f[k])).scaled(Vec3::splat(1.0 / probability))))
 }

@@ -4,11 +4,15 @@ mod bounce;
 
 use std::f32::consts::FRAC_1_PI;
 
+use arrayvec::ArrayVec;
 use glam::{Mat3, Vec3};
 use selvedge_yarn_brdf::Shader;
 
 pub(super) use self::bounce::bounces;
-use super::{Estimator, balance, cloth::ClothPoints};
+use super::{
+    Estimator, balance,
+    cloth::{ClothPoints, Scattering},
+};
 use crate::{
     render::{
         exposure::{FirstHit, YarnSeen},
@@ -18,6 +22,7 @@ use crate::{
     },
     scene::{
         Material, Scene,
+        light::MOST_DRAWN,
         mesh::{Mesh, SurfacePoint},
         standard::StandardPoint,
     },
@@ -109,14 +114,15 @@ impl<'a> Vertex<'a> {
                     Scatterer::FarCloth(shader, footprint, cover.max(LEAST_COVER))
                 } else {
                     let cells = shader.cells(deviation);
+                    let is_shared = scene.lights.looked_at() > 1;
                     let footprint = if let Some(bundle) = beam.bundle {
                         let centre = point.uv + cast.offset(bundle.middle, hit.t);
                         let axes = axes.map(|axis| axis * (bundle.spread / beam.spread));
-                        Footprint::new(centre, axes, cells, sample.start())
+                        Footprint::new(centre, axes, cells, is_shared, sample.start())
                     } else {
                         let start =
                             sample.next_2d().to_array().map(|x| (x * 4_294_967_296.0) as u32);
-                        Footprint::new(point.uv, axes, cells, start)
+                        Footprint::new(point.uv, axes, cells, is_shared, start)
                     };
                     Scatterer::Cloth(shader, footprint)
                 }
@@ -271,32 +277,34 @@ pub(super) fn scattering(vertices: &mut [Vertex<'_>], lit: &[Lit], scene: &Scene
             }
         })
         .collect();
-    let mut missed = Vec::new();
     let mut is_cloth = vec![0; vertices.len()];
-    cloth_scattering(vertices, lit, 0..lit.len(), scene, |index, found, bits| {
+    let missed = cloth_scattering(vertices, lit, 0..lit.len(), scene, |index, found, bits| {
         let Lit { vertex, share: [which, among], .. } = lit[index];
-        if let (Scatterer::Cloth(_, footprint), true) = (&vertices[vertex].scatterer, bits != 0) {
+        if let Scatterer::Cloth(_, footprint) = &vertices[vertex].scatterer {
             lobes[index] = found;
             is_cloth[vertex] |= footprint.bits(which, among, bits);
-        } else {
-            missed.push(index);
         }
     });
     close_gaps(vertices, is_cloth);
-    // The share of these was nothing but gaps.
     cloth_scattering(vertices, lit, missed, scene, |index, found, _| lobes[index] = found);
     lobes
 }
 
 /// Calls `each` with the lobes that those lights find that are `wanted` and shine on cloth, each at its share of the
-/// places there, and with a bit for each place: whether it is in no gap. The places in gaps do not count.
+/// places there, and with a bit for each place: whether it is in no gap. The places in gaps do not count. Returns those
+/// lights that shine on nothing but gaps.
+///
+/// Each place is looked at in one of the lights. What the others would have found of its diffuse its guide tells nearly:
+/// the mean over all places of a vertex less that over the share of a light takes off what the choice of the share
+/// adds to the noise, and nothing on average.
 fn cloth_scattering(
     vertices: &[Vertex<'_>],
     lit: &[Lit],
     wanted: impl IntoIterator<Item = usize>,
     scene: &Scene,
     mut each: impl FnMut(usize, Lobes, u16),
-) {
+) -> Vec<usize> {
+    let drawing = Drawing::of(scene);
     let mut cloth = ClothPoints::new(lit.len() * MOST_POINTS);
     for index in wanted {
         let Lit { vertex, share: [which, among], wi, .. } = lit[index];
@@ -305,22 +313,49 @@ fn cloth_scattering(
             cloth.push(index, shader, footprint.share(which, among), [wi, *wo]);
         }
     }
-    let drawing = Drawing::of(scene);
-    cloth.scattering(scene.tier, |index, places, is_cloth| {
-        let balance = |pdf| weight_of_light(scene, lit[index].density, pdf);
-        let count = places.count() as f32;
-        let [diffuse, other] = if drawing.is_alone {
-            places.sums(|pdf| balance(pdf) / count)
-        } else {
-            let groups = footprint::groups(places.count(), drawing.groups).map(|group| {
-                let group = places.some(group);
-                let weight = balance(group.density()) / count;
-                group.sums(|_| weight)
-            });
-            groups.fold([Vec3::ZERO; 2], |[diffuse, other], [d, o]| [diffuse + d, other + o])
-        };
-        each(index, Lobes { diffuse, other }, is_cloth);
-    });
+    let mut missed = Vec::new();
+    for mut shaded in cloth.shade(scene.tier, drawing.is_alone) {
+        let owners: Vec<_> = shaded.owners().collect();
+        for of_vertex in owners.chunk_by(|(a, _), (b, _)| lit[*a].vertex == lit[*b].vertex) {
+            let mut found = ArrayVec::<_, MOST_DRAWN>::new();
+            for (index, all) in of_vertex {
+                let (places, is_cloth) = shaded.keep_cloth(all.clone());
+                let density = lit[*index].density;
+                let lobes = drawing.lobes(&places, |pdf| weight_of_light(scene, density, pdf));
+                found.push((*index, lobes, is_cloth));
+            }
+            let (first, last) = (&of_vertex[0].1, &of_vertex[of_vertex.len() - 1].1);
+            let all = first.start..last.end;
+            let count: u32 = found.iter().map(|(.., is_cloth)| is_cloth.count_ones()).sum();
+            if count == 0 {
+                missed.extend(found.iter().map(|(index, ..)| index));
+                continue;
+            }
+            let mut wi = [[0.0; MOST_DRAWN]; 3];
+            for (which, &(index, _)) in of_vertex.iter().enumerate() {
+                for (part, component) in wi.iter_mut().zip(lit[index].wi.to_array()) {
+                    part[which] = component;
+                }
+            }
+            let of_all = shaded.guided(all, &wi);
+            // Not by what is cloth in one share: places beside gaps would count for more than others.
+            let part = of_vertex.len() as f32 / count as f32;
+            for (which, (index, lobes, is_cloth)) in found.into_iter().enumerate() {
+                let Lit { wi: towards, density, share: [_, among], .. } = lit[index];
+                let mut lobes = lobes.scaled(Vec3::splat(is_cloth.count_ones() as f32 * part));
+                if among > 1 {
+                    let of_own = shaded.guided(of_vertex[which].1.clone(), &wi);
+                    let [all, own] =
+                        [of_all, of_own].map(|sums| Vec3::from_array(sums.map(|sum| sum[which])));
+                    // By a weight that does not depend on the places, which would make it more than noise.
+                    let weight = weight_of_light(scene, density, towards.z.abs() * FRAC_1_PI);
+                    lobes.diffuse += (all / count as f32 - own * part) * weight;
+                }
+                each(index, lobes, is_cloth);
+            }
+        }
+    }
+    missed
 }
 
 /// The share of a light that was found with the density `found` where directions are drawn with `pdf`.
@@ -373,6 +408,22 @@ impl Drawing {
     fn of(scene: &Scene) -> Self {
         let groups = if scene.lights.has_sky() { POINTS } else { 1 };
         Self { groups, is_alone: scene.lights.looked_at() > 1 }
+    }
+
+    /// The mean lobes of `places`, weighed by what `weight` makes of the density with which they draw.
+    fn lobes(self, places: &Scattering<'_>, weight: impl Fn(f32) -> f32) -> Lobes {
+        let count = places.count() as f32;
+        let [diffuse, other] = if self.is_alone {
+            places.sums(|pdf| weight(pdf) / count)
+        } else {
+            let groups = footprint::groups(places.count(), self.groups).map(|group| {
+                let group = places.some(group);
+                let weight = weight(group.density()) / count;
+                group.sums(|_| weight)
+            });
+            groups.fold([Vec3::ZERO; 2], |[diffuse, other], [d, o]| [diffuse + d, other + o])
+        };
+        Lobes { diffuse, other }
     }
 }
 

@@ -6,7 +6,7 @@ use super::{
 };
 
 /// Most lights that a point looks at.
-const MOST_DRAWN: usize = 8;
+pub const MOST_DRAWN: usize = 8;
 
 /// Lights, of which a point looks at all or at some, chosen by their power.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -18,6 +18,7 @@ pub struct Lights {
     chosen: Option<usize>,
     /// How often each of them is looked at on average.
     expected: Vec<f32>,
+    looked_at: usize,
     has_sky: bool,
 }
 
@@ -44,9 +45,10 @@ impl Lights {
                 None => f32::from(u8::from(probability > 0.0)),
             }
         };
-        let expected = (0..lights.len()).map(expected).collect();
+        let expected: Vec<_> = (0..lights.len()).map(expected).collect();
+        let looked_at = chosen.unwrap_or(shining);
         let has_sky = lights.iter().any(|light| matches!(light, Light::Sky(_)));
-        Self { lights, sums, chosen, expected, has_sky }
+        Self { lights, sums, chosen, expected, looked_at, has_sky }
     }
 
     /// All of them.
@@ -56,8 +58,7 @@ impl Lights {
 
     /// How many a point looks at, at most.
     pub fn looked_at(&self) -> usize {
-        self.chosen
-            .unwrap_or_else(|| self.expected.iter().filter(|&&expected| expected > 0.0).count())
+        self.looked_at
     }
 
     /// The lights that a point looks at, by index: all that shine of three to eight, eight of more,

@@ -21,7 +21,7 @@ pub use self::{
     distant::Distant,
     dome::{Constant, Sky},
     environment::{Environment, EnvironmentError},
-    lights::Lights,
+    lights::{Lights, MOST_DRAWN},
     quad::Quad,
     sphere::Sphere,
     square::Square,

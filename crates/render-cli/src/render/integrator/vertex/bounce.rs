@@ -160,7 +160,7 @@ fn candidates(vertices: &[Vertex<'_>], draws: &ClothPoints<'_>, scene: &Scene) -
     });
     // Any of its places might have drawn the direction of a group, so all of them are asked what they scatter there:
     // that takes up to half the noise off what is found along it.
-    groups.scattering(scene.tier, |which, places, _| {
+    groups.scattering(scene.tier, |which, places| {
         let Candidate { wi, bounce, .. } = &mut candidates[which];
         let density = places.density();
         let [diffuse, other] = places.sums(|_| wi.z.abs() / (density * places.count() as f32));
