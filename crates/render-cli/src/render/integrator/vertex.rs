@@ -1,28 +1,25 @@
 //! What happens where paths meet surfaces.
 
 mod bounce;
+mod scattering;
 
-use std::f32::consts::FRAC_1_PI;
-
-use arrayvec::ArrayVec;
 use glam::{Mat3, Vec3};
 use selvedge_yarn_brdf::Shader;
 
-pub(super) use self::bounce::bounces;
+pub(super) use self::{bounce::bounces, scattering::scattering};
 use super::{
-    Estimator, balance,
+    Estimator,
     cloth::{ClothPoints, Scattering},
 };
 use crate::{
     render::{
         exposure::{FirstHit, YarnSeen},
-        footprint::{self, Beam, Cast, Footprint, MOST_POINTS, POINTS},
+        footprint::{self, Beam, Cast, Footprint, POINTS},
         intersect::{Hit, Ray},
         sampler::Sample,
     },
     scene::{
         Material, Scene,
-        light::MOST_DRAWN,
         mesh::{Mesh, SurfacePoint},
         standard::StandardPoint,
     },
@@ -248,148 +245,6 @@ pub(super) fn lights<'a>(
         vertex.draw_lights(index, scene, sample, &mut lit);
     }
     lit
-}
-
-/// f without the cosine for each light: its share in what the light and [`bounces`] find, as the estimator
-/// of the scene has it. Takes points in gaps out of the footprints.
-pub(super) fn scattering(vertices: &mut [Vertex<'_>], lit: &[Lit], scene: &Scene) -> Vec<Lobes> {
-    let mut lobes: Vec<_> = lit
-        .iter()
-        .map(|lit| {
-            let vertex = &vertices[lit.vertex];
-            let balance = |pdf| weight_of_light(scene, lit.density, pdf);
-            match &vertex.scatterer {
-                Scatterer::Matte(reflectance) => {
-                    let balance = balance(lit.wi.z.abs() * FRAC_1_PI);
-                    Lobes { diffuse: reflectance * FRAC_1_PI * balance, other: Vec3::ZERO }
-                }
-                Scatterer::Cloth(..) => Lobes::default(),
-                Scatterer::FarCloth(shader, footprint, cover) => {
-                    let f = shader.far_eval_lobes(footprint, lit.wi, vertex.wo);
-                    let weight = balance(shader.far_pdf(footprint, lit.wi, vertex.wo)) / cover;
-                    Lobes { diffuse: f.diffuse, other: f.specular }.scaled(Vec3::splat(weight))
-                }
-                Scatterer::Standard(point) => {
-                    let [diffuse, other] = point.eval_lobes(lit.wi, vertex.wo);
-                    let weight = balance(point.pdf(lit.wi, vertex.wo));
-                    Lobes { diffuse, other }.scaled(Vec3::splat(weight))
-                }
-            }
-        })
-        .collect();
-    let mut is_cloth = vec![0; vertices.len()];
-    let missed = cloth_scattering(vertices, lit, 0..lit.len(), scene, |index, found, bits| {
-        let Lit { vertex, share: [which, among], .. } = lit[index];
-        if let Scatterer::Cloth(_, footprint) = &vertices[vertex].scatterer {
-            lobes[index] = found;
-            is_cloth[vertex] |= footprint.bits(which, among, bits);
-        }
-    });
-    close_gaps(vertices, is_cloth);
-    cloth_scattering(vertices, lit, missed, scene, |index, found, _| lobes[index] = found);
-    lobes
-}
-
-/// Calls `each` with the lobes that those lights find that are `wanted` and shine on cloth, each at its share of the
-/// places there, and with a bit for each place: whether it is in no gap. The places in gaps do not count. Returns those
-/// lights that shine on nothing but gaps.
-///
-/// Each place is looked at in one of the lights. What the others would have found of its diffuse its guide tells nearly:
-/// the mean over all places of a vertex less that over the share of a light takes off what the choice of the share
-/// adds to the noise, and nothing on average.
-fn cloth_scattering(
-    vertices: &[Vertex<'_>],
-    lit: &[Lit],
-    wanted: impl IntoIterator<Item = usize>,
-    scene: &Scene,
-    mut each: impl FnMut(usize, Lobes, u16),
-) -> Vec<usize> {
-    let drawing = Drawing::of(scene);
-    let mut cloth = ClothPoints::new(lit.len() * MOST_POINTS);
-    for index in wanted {
-        let Lit { vertex, share: [which, among], wi, .. } = lit[index];
-        let Vertex { scatterer, wo, .. } = &vertices[vertex];
-        if let Scatterer::Cloth(shader, footprint) = scatterer {
-            cloth.push(index, shader, footprint.share(which, among), [wi, *wo]);
-        }
-    }
-    let mut missed = Vec::new();
-    for mut shaded in cloth.shade(scene.tier, drawing.is_alone) {
-        let owners: Vec<_> = shaded.owners().collect();
-        for of_vertex in owners.chunk_by(|(a, _), (b, _)| lit[*a].vertex == lit[*b].vertex) {
-            let mut found = ArrayVec::<_, MOST_DRAWN>::new();
-            for (index, all) in of_vertex {
-                let (places, is_cloth) = shaded.keep_cloth(all.clone());
-                let density = lit[*index].density;
-                let lobes = drawing.lobes(&places, |pdf| weight_of_light(scene, density, pdf));
-                found.push((*index, lobes, is_cloth));
-            }
-            let (first, last) = (&of_vertex[0].1, &of_vertex[of_vertex.len() - 1].1);
-            let all = first.start..last.end;
-            let count: u32 = found.iter().map(|(.., is_cloth)| is_cloth.count_ones()).sum();
-            if count == 0 {
-                missed.extend(found.iter().map(|(index, ..)| index));
-                continue;
-            }
-            let mut wi = [[0.0; MOST_DRAWN]; 3];
-            for (which, &(index, _)) in of_vertex.iter().enumerate() {
-                for (part, component) in wi.iter_mut().zip(lit[index].wi.to_array()) {
-                    part[which] = component;
-                }
-            }
-            let of_all = shaded.guided(all, &wi);
-            // Not by what is cloth in one share: places beside gaps would count for more than others.
-            let part = of_vertex.len() as f32 / count as f32;
-            for (which, (index, lobes, is_cloth)) in found.into_iter().enumerate() {
-                let Lit { wi: towards, density, share: [_, among], .. } = lit[index];
-                let mut lobes = lobes.scaled(Vec3::splat(is_cloth.count_ones() as f32 * part));
-                if among > 1 {
-                    let of_own = shaded.guided(of_vertex[which].1.clone(), &wi);
-                    let [all, own] =
-                        [of_all, of_own].map(|sums| Vec3::from_array(sums.map(|sum| sum[which])));
-                    // By a weight that does not depend on the places, which would make it more than noise.
-                    let weight = weight_of_light(scene, density, towards.z.abs() * FRAC_1_PI);
-                    lobes.diffuse += (all / count as f32 - own * part) * weight;
-                }
-                each(index, lobes, is_cloth);
-            }
-        }
-    }
-    missed
-}
-
-/// The share of a light that was found with the density `found` where directions are drawn with `pdf`.
-fn weight_of_light(scene: &Scene, found: f32, pdf: f32) -> f32 {
-    match scene.estimator {
-        Estimator::Both => balance(found, pdf),
-        Estimator::Lights | Estimator::Directions => 1.0,
-    }
-}
-
-/// Takes points in gaps out of the footprints: of those of the vertices whose bits of `is_cloth` are 0, where none was
-/// looked at or none was found, all are asked for.
-fn close_gaps(vertices: &mut [Vertex<'_>], mut is_cloth: Vec<u16>) {
-    let mut cloth = ClothPoints::new(0);
-    for (index, vertex) in vertices.iter().enumerate() {
-        if let Scatterer::Cloth(shader, footprint) = &vertex.scatterer
-            && is_cloth[index] == 0
-        {
-            if shader.has_gaps() {
-                cloth.push_places(index, shader, footprint.places().iter().copied());
-            } else {
-                is_cloth[index] = u16::MAX;
-            }
-        }
-    }
-    cloth.opacities(|index, opacities| {
-        let bits = opacities.iter().rev();
-        is_cloth[index] = bits.fold(0, |bits, &opacity| bits << 1 | u16::from(opacity > 0.0));
-    });
-    for (vertex, is_cloth) in vertices.iter_mut().zip(is_cloth) {
-        if let Scatterer::Cloth(_, footprint) = &mut vertex.scatterer {
-            footprint.keep(vertex.point.uv, is_cloth);
-        }
-    }
 }
 
 /// How the places of a vertex on cloth draw ways on.
