@@ -23,10 +23,11 @@ const FINEST: u32 = 512;
 /// Columns per row, so that the cells half-way down are about square.
 const COLUMNS_PER_ROW: u32 = 4;
 
-/// The most that a bend of the albedo may be off after a halving, over what the halving corrected: at the share s of the
-/// way from an old node to the next, which is less than half, a bend by one is left off by 2s (½ − s) and was off by
-/// s/2 at the new node, twice as much at most; and where the albedo also curves, that may hide a third of the bend from
-/// the node.
+/// The most that a bend of the albedo may be off after a halving, over what the halving corrected.
+///
+/// At the share s of the way from an old node to the next, which is less than half, a bend by one is left off by 2s (½ − s)
+/// and was off by s/2 at the new node: at most twice as much. Where the albedo also curves, that may hide a part of the bend
+/// from the node: of 20 000 bends of |cos θ − z|, on 8 to 32 rows, the worst is left off by 2.63 times the correction.
 const BEND: f64 = 3.0;
 
 /// When to stop refining an [`AlbedoTable`].

@@ -290,7 +290,7 @@ const PLACE_SIGMA: f32 = 0.3;
 /// of one pixel, whose deviation is 0.29.
 pub const BEAM_SIGMA: f32 = 0.4;
 
-/// And of all beams of a pixel together.
+/// And of all beams of a pixel together, whose middles have [`PLACE_SIGMA`]: √(0.3² + 0.4²).
 pub const PIXEL_SIGMA: f32 = 0.5;
 
 /// Where the samples of a pixel lie.

@@ -216,20 +216,11 @@ impl Shader {
     pub fn eval_lobes_pdf_batch(
         &self,
         points: &Batch<'_>,
-        mut specular: Colors<'_>,
-        mut diffuse: Colors<'_>,
+        specular: Colors<'_>,
+        diffuse: Colors<'_>,
         pdf: &mut [f32],
     ) -> Result<(), BatchError> {
-        points.check(&[("specular", lengths(&specular)), ("diffuse", lengths(&diffuse))])?;
-        points.check(&[("pdf", [pdf.len()])])?;
-        self.for_each_chunk(points, Wanted::Both, |range, chunk| {
-            for c in 0..3 {
-                specular[c][range.clone()].copy_from_slice(&chunk.specular[c][..range.len()]);
-                diffuse[c][range.clone()].copy_from_slice(&chunk.diffuse[c][..range.len()]);
-            }
-            pdf[range.clone()].copy_from_slice(&chunk.pdf[..range.len()]);
-        });
-        Ok(())
+        self.eval_both(points, [specular, diffuse], pdf, None)
     }
 
     /// [`Shader::eval_lobes_pdf_batch`] and [`Shader::guide`] of each point in one pass, for little more than the
@@ -241,23 +232,41 @@ impl Shader {
     pub fn eval_lobes_pdf_guide_batch(
         &self,
         points: &Batch<'_>,
-        mut specular: Colors<'_>,
-        mut diffuse: Colors<'_>,
+        specular: Colors<'_>,
+        diffuse: Colors<'_>,
         pdf: &mut [f32],
         guides: Guides<'_>,
     ) -> Result<(), BatchError> {
-        let Guides { mut color, mut facing } = guides;
+        self.eval_both(points, [specular, diffuse], pdf, Some(guides))
+    }
+
+    /// Both lobes of each point, the density, and the guides if there is a place for them.
+    fn eval_both(
+        &self,
+        points: &Batch<'_>,
+        [mut specular, mut diffuse]: [Colors<'_>; 2],
+        pdf: &mut [f32],
+        mut guides: Option<Guides<'_>>,
+    ) -> Result<(), BatchError> {
         points.check(&[("specular", lengths(&specular)), ("diffuse", lengths(&diffuse))])?;
-        points.check(&[("color", lengths(&color)), ("facing", lengths(&facing))])?;
         points.check(&[("pdf", [pdf.len()])])?;
-        self.for_each_chunk(points, Wanted::Guided, |range, chunk| {
-            for c in 0..3 {
-                specular[c][range.clone()].copy_from_slice(&chunk.specular[c][..range.len()]);
-                diffuse[c][range.clone()].copy_from_slice(&chunk.diffuse[c][..range.len()]);
-                color[c][range.clone()].copy_from_slice(&chunk.color[c][..range.len()]);
-                facing[c][range.clone()].copy_from_slice(&chunk.facing[c][..range.len()]);
-            }
+        if let Some(Guides { color, facing }) = &guides {
+            points.check(&[("color", lengths(color)), ("facing", lengths(facing))])?;
+        }
+        let wanted = if guides.is_some() { Wanted::Guided } else { Wanted::Both };
+        self.for_each_chunk(points, wanted, |range, chunk| {
+            let put = |to: &mut Colors<'_>, from: &[[f32; CHUNK]; 3]| {
+                for (to, from) in to.iter_mut().zip(from) {
+                    to[range.clone()].copy_from_slice(&from[..range.len()]);
+                }
+            };
+            put(&mut specular, &chunk.specular);
+            put(&mut diffuse, &chunk.diffuse);
             pdf[range.clone()].copy_from_slice(&chunk.pdf[..range.len()]);
+            if let Some(Guides { color, facing }) = &mut guides {
+                put(color, &chunk.color);
+                put(facing, &chunk.facing);
+            }
         });
         Ok(())
     }

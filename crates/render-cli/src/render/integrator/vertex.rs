@@ -111,7 +111,7 @@ impl<'a> Vertex<'a> {
                     Scatterer::FarCloth(shader, footprint, cover.max(LEAST_COVER))
                 } else {
                     let cells = shader.cells(deviation);
-                    let is_shared = scene.lights.looked_at() > 1;
+                    let is_shared = Drawing::of(scene).is_alone;
                     let footprint = if let Some(bundle) = beam.bundle {
                         let centre = point.uv + cast.offset(bundle.middle, hit.t);
                         let axes = axes.map(|axis| axis * (bundle.spread / beam.spread));

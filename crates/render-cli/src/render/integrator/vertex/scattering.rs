@@ -8,7 +8,7 @@ use glam::Vec3;
 use super::{
     super::{
         Estimator, balance,
-        cloth::{ClothPoints, Shaded},
+        cloth::{ClothPoints, Eight, Shaded},
     },
     Drawing, Lit, Lobes, Scatterer, Vertex,
 };
@@ -121,7 +121,8 @@ struct Found {
 /// Makes of what each light has `found` at its share of a vertex an estimate of what it would have found at all places.
 ///
 /// What it would find of the diffuse at the places of the others their guides tell nearly: the mean of that over all
-/// places less that over its own share takes off what the choice of the share adds to the noise, and nothing on average.
+/// places less that over its own share takes off what the choice of the share adds to the noise, and nothing on average:
+/// a control variate (Hammersley & Handscomb 1964, section 5.5).
 fn guide(found: &mut [Found], shaded: &Shaded<'_>, lit: &[Lit], scene: &Scene) {
     let mut wi = [[0.0; MOST_DRAWN]; 3];
     for (which, found) in found.iter().enumerate() {
@@ -129,15 +130,15 @@ fn guide(found: &mut [Found], shaded: &Shaded<'_>, lit: &[Lit], scene: &Scene) {
             part[which] = component;
         }
     }
-    let all = found[0].places.start..found[found.len() - 1].places.end;
-    let of_all = shaded.guided(all, &wi);
+    let of_shares: ArrayVec<_, MOST_DRAWN> =
+        found.iter().map(|found| shaded.guided(found.places.clone(), &wi)).collect();
     let count: u32 = found.iter().map(|found| found.is_cloth.count_ones()).sum();
     // Not by what is cloth in one share: places beside gaps would count for more than others.
     let part = found.len() as f32 / count as f32;
-    for (which, Found { index, places, lobes, is_cloth }) in found.iter_mut().enumerate() {
+    for (which, Found { index, lobes, is_cloth, .. }) in found.iter_mut().enumerate() {
         let Lit { wi: towards, density, .. } = lit[*index];
-        let of_own = shaded.guided(places.clone(), &wi);
-        let [all, own] = [of_all, of_own].map(|sums| Vec3::from_array(sums.map(|sum| sum[which])));
+        let guided = |sums: &[Eight; 3]| Vec3::from_array(sums.each_ref().map(|sum| sum[which]));
+        let (all, own) = (of_shares.iter().map(guided).sum::<Vec3>(), guided(&of_shares[which]));
         // By a weight that does not depend on the places, which would make it more than noise.
         let weight = weight_of_light(scene, density, towards.z.abs() * FRAC_1_PI);
         *lobes = lobes.scaled(Vec3::splat(is_cloth.count_ones() as f32 * part));
