@@ -11,7 +11,7 @@ use selvedge_cli::{
     scene::{
         Material, Scene, Surface,
         drape::{CameraPlacement, RectangleLight},
-        light::{Constant, Light, Lights, Quad, Sky, Sphere},
+        light::{Constant, Distant, Light, Lights, Quad, Sky, Sphere},
         mesh::Mesh,
         shape::Shape,
     },
@@ -212,6 +212,43 @@ fn sky_is_as_bright_as_a_light_that_is_drawn() {
                 assert!(
                     difference.cmple(bound).all(),
                     "{name}, {fov} rad, {how}: {found}, expected {expected} within {bound}"
+                );
+            }
+        }
+    }
+}
+
+/// Lights so narrow that ways on from cloth leave them to those who draw them, alone and beside others.
+#[test]
+fn narrow_lights_are_found_as_wide_ones_are() {
+    let narrow = |x: f32, wide: f32| {
+        let towards = Vec3::new(x, 0.3, 0.8).normalize();
+        Light::Distant(Distant::new(towards, Vec3::new(1.0, 2.0, 3.0), wide))
+    };
+    let narrow = [-0.5, 0.1, 0.6].map(|x| narrow(x, 0.11));
+    let sky = Light::Constant(Constant { radiance: Vec3::splat(0.2) });
+    for name in ["cotton-gauze", "denim"] {
+        let source = fabric::read(format!("preset:{name}").as_ref()).unwrap();
+        let material = source.cloth(&source.draft().drawdown().unwrap()).unwrap();
+        let material = Material::cloth(source.shader(&material).unwrap());
+        for (lights, level) in [
+            (narrow.to_vec(), Level::Near),
+            ([narrow.as_slice(), &[lamp(), sky.clone()]].concat(), Level::Near),
+            (narrow[..1].to_vec(), Level::Near),
+            (narrow.to_vec(), Level::Far),
+        ] {
+            assert!(lights[0].is_narrow());
+            let mut scene = scene_of(vec![cloth(material.clone())], lights);
+            scene.detail.level = level;
+            let (expected, deviation) = mean(&scene, 256);
+            for (estimator, spp) in [(Estimator::Lights, 256), (Estimator::Directions, 1024)] {
+                scene.estimator = estimator;
+                let (found, other) = mean(&scene, spp);
+                let difference = (found - expected).abs();
+                let bound = 4.0 * (deviation.powf(2.0) + other.powf(2.0)).map(f64::sqrt);
+                assert!(
+                    difference.cmple(bound).all() && bound.cmplt(0.7 * expected).all(),
+                    "{name}, {level:?}, {estimator:?}: {found}, expected {expected} within {bound}"
                 );
             }
         }

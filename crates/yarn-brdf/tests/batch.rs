@@ -261,8 +261,21 @@ fn guides_are_those_of_single_points_and_tell_the_diffuse_nearly() {
             shader
                 .eval_lobes_pdf_guide_batch(&batch, specular, diffuse, &mut pdf, guides)
                 .expect("equal lengths");
+            // Without densities.
+            let mut again = [(); 4].map(|()| new());
+            let mut is_lit = vec![f32::NAN; points.len()];
+            let [specular, diffuse, color_again, facing_again] =
+                again.each_mut().map(|part| part.each_mut().map(Vec::as_mut_slice));
+            let guides = Guides { color: color_again, facing: facing_again };
+            shader
+                .eval_lobes_guide_batch(&batch, specular, diffuse, &mut is_lit, guides)
+                .expect("equal lengths");
             let mut count = 0;
             for (k, &Point { uv, wi, wo, .. }) in points.iter().enumerate() {
+                let with = [&lobes[0], &lobes[1], &color, &facing].map(|part| bits(part, k));
+                let without = (again.each_ref().map(|part| bits(part, k)), is_lit[k] == 1.0);
+                assert_eq!(without, (with, pdf[k] > 0.0), "{name} with {instructions:?} at {uv}");
+                assert!(is_lit[k] == 1.0 || is_lit[k] == 0.0);
                 let of = |color: Vec3| color.to_array().map(f32::to_bits);
                 let single = shader.eval_lobes(uv, wi, wo);
                 let found = (bits(&lobes[0], k), bits(&lobes[1], k), pdf[k]);

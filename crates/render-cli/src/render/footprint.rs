@@ -113,26 +113,23 @@ impl Footprint {
         }
     }
 
-    /// Those of the points that number `which` has if so many share them out, each an even part of them and at least
-    /// one: from all over the pattern, uv in metres.
-    pub fn share(&self, which: usize, among: usize) -> impl ExactSizeIterator<Item = DVec2> {
-        self.shared(which, among).map(|k| self.places[k])
+    /// The points, uv in metres, as so many look at them in turn, each at an equal number of them: the first ones twice
+    /// where they do not come out even.
+    pub fn in_turn(&self, among: usize) -> impl ExactSizeIterator<Item = DVec2> {
+        let count = self.count;
+        (0..among * count.div_ceil(among))
+            .map(move |k| self.places[if k < count { k } else { k % count }])
     }
 
-    /// The bits of the points that are those of a [share](Self::share) whose own bits are `of_share`.
-    pub fn bits(&self, which: usize, among: usize, of_share: u16) -> u16 {
-        let points = self.shared(which, among).enumerate();
-        points.fold(0, |bits, (k, point)| bits | (of_share >> k & 1) << point)
-    }
-
-    /// The numbers of the points of a [share](Self::share).
-    fn shared(&self, which: usize, among: usize) -> impl ExactSizeIterator<Item = usize> {
-        let all = self.count;
-        (0..all.div_ceil(among)).map(move |k| {
-            let point = which + k * among;
-            // Mostly there are more than share them.
-            if point < all { point } else { point % all }
-        })
+    /// The bits of the points, given those of as many that are looked at [in turn](Self::in_turn).
+    pub fn bits(&self, in_turn: u16) -> u16 {
+        let all = u16::MAX >> (MOST_POINTS - self.count);
+        let (mut bits, mut rest) = (0, u32::from(in_turn));
+        while rest != 0 {
+            bits |= rest as u16 & all;
+            rest >>= self.count;
+        }
+        bits
     }
 
     /// The points, at least one: uv in metres.
@@ -290,16 +287,27 @@ mod tests {
     }
 
     #[test]
-    fn shares_take_all_points() {
-        for count in 1..=MOST_POINTS {
-            let footprint = Footprint { places: [DVec2::ZERO; MOST_POINTS], count };
-            for among in 1..=6 {
-                let all = (0..among).fold(0, |bits, k| bits | footprint.bits(k, among, u16::MAX));
-                assert_eq!(all, u16::MAX >> (MOST_POINTS - count), "{count} {among}");
-                let (first, rest) = (footprint.bits(0, among, 1), footprint.bits(0, among, !1));
-                assert_eq!((first, first & rest), (1, 0));
+    fn lights_look_at_all_points_in_turn() {
+        for count in 1..=12 {
+            let mut footprint = Footprint { places: [DVec2::ZERO; MOST_POINTS], count };
+            for (k, place) in footprint.places.iter_mut().enumerate() {
+                place.x = k as f64;
+            }
+            for among in 1..=8 {
+                let places: Vec<_> =
+                    footprint.in_turn(among).map(|place| place.x as usize).collect();
+                assert_eq!(places.len() % among, 0, "{count} {among}");
+                assert!(places.len() < count + among && places.len() <= MOST_POINTS);
+                let (first, again) = places.split_at(count);
+                assert_eq!(first, (0..count).collect::<Vec<_>>());
+                for (k, place) in places.iter().enumerate() {
+                    assert_eq!(footprint.bits(1 << k), 1 << place, "{count} {among}");
+                }
+                assert!(again.iter().all(|&place| place < count));
             }
         }
+        let footprint = Footprint { places: [DVec2::ZERO; MOST_POINTS], count: MOST_POINTS };
+        assert_eq!(footprint.bits(0x8001), 0x8001);
     }
 
     #[test]

@@ -55,6 +55,8 @@ pub(super) enum Wanted {
     Both,
     /// Both, and guides to the diffuse.
     Guided,
+    /// Lobes and guides, and 1 in place of the density.
+    Lit,
     /// A direction, drawn by the numbers that stand in its place.
     Direction,
     /// Both, of a direction that was just drawn.
@@ -64,7 +66,10 @@ pub(super) enum Wanted {
 impl Wanted {
     #[inline(always)]
     pub(super) fn has_lobes(self) -> bool {
-        matches!(self, Self::Sum | Self::Lobes | Self::Both | Self::Guided | Self::Drawn)
+        matches!(
+            self,
+            Self::Sum | Self::Lobes | Self::Both | Self::Guided | Self::Lit | Self::Drawn
+        )
     }
 
     #[inline(always)]
@@ -74,7 +79,7 @@ impl Wanted {
 
     #[inline(always)]
     pub(super) fn has_guides(self) -> bool {
-        self == Self::Guided
+        matches!(self, Self::Guided | Self::Lit)
     }
 }
 
@@ -476,6 +481,9 @@ impl Shader {
             let density = load(simd, &chunk.points.density[0], first);
             let zero = <f32x16<S> as SimdBase<S>>::splat(simd, 0.0);
             is_seen.select(density, zero).store_slice(&mut chunk.pdf[lanes.clone()]);
+        } else if wanted == Wanted::Lit {
+            let [one, zero] = [1.0, 0.0].map(|x| <f32x16<S> as SimdBase<S>>::splat(simd, x));
+            is_seen.select(one, zero).store_slice(&mut chunk.pdf[lanes.clone()]);
         }
         if wanted.has_lobes() {
             let Vector { x: peak, y: uniform, z: diffuse } =

@@ -220,7 +220,7 @@ impl Shader {
         diffuse: Colors<'_>,
         pdf: &mut [f32],
     ) -> Result<(), BatchError> {
-        self.eval_both(points, [specular, diffuse], pdf, None)
+        self.eval_wanted(points, Wanted::Both, [specular, diffuse], pdf, None)
     }
 
     /// [`Shader::eval_lobes_pdf_batch`] and [`Shader::guide`] of each point in one pass, for little more than the
@@ -237,13 +237,33 @@ impl Shader {
         pdf: &mut [f32],
         guides: Guides<'_>,
     ) -> Result<(), BatchError> {
-        self.eval_both(points, [specular, diffuse], pdf, Some(guides))
+        self.eval_wanted(points, Wanted::Guided, [specular, diffuse], pdf, Some(guides))
     }
 
-    /// Both lobes of each point, the density, and the guides if there is a place for them.
-    fn eval_both(
+    /// [`Shader::eval_lobes_batch`] and [`Shader::guide`] of each point in one pass: all that a path tracer asks of a
+    /// direction towards a light that nothing else finds. `is_lit` is set to 1 where there is yarn that the light and the
+    /// viewer are in front of, and else to 0.
+    ///
+    /// # Errors
+    ///
+    /// Slices of different lengths.
+    pub fn eval_lobes_guide_batch(
         &self,
         points: &Batch<'_>,
+        specular: Colors<'_>,
+        diffuse: Colors<'_>,
+        is_lit: &mut [f32],
+        guides: Guides<'_>,
+    ) -> Result<(), BatchError> {
+        points.check(&[("is_lit", [is_lit.len()])])?;
+        self.eval_wanted(points, Wanted::Lit, [specular, diffuse], is_lit, Some(guides))
+    }
+
+    /// Both lobes of each point, the density or what stands in its place, and the guides if there is a place for them.
+    fn eval_wanted(
+        &self,
+        points: &Batch<'_>,
+        wanted: Wanted,
         [mut specular, mut diffuse]: [Colors<'_>; 2],
         pdf: &mut [f32],
         mut guides: Option<Guides<'_>>,
@@ -253,7 +273,6 @@ impl Shader {
         if let Some(Guides { color, facing }) = &guides {
             points.check(&[("color", lengths(color)), ("facing", lengths(facing))])?;
         }
-        let wanted = if guides.is_some() { Wanted::Guided } else { Wanted::Both };
         self.for_each_chunk(points, wanted, |range, chunk| {
             let put = |to: &mut Colors<'_>, from: &[[f32; CHUNK]; 3]| {
                 for (to, from) in to.iter_mut().zip(from) {
@@ -446,6 +465,9 @@ impl Shader {
                 // As side by side, where nothing is lit nothing is found.
                 let is_lit = self.oriented(Vector::<f32>::of(wi), Vector::<f32>::of(wo)).is_some();
                 let guide = if is_lit { self.guide(uv, wo) } else { Guide::default() };
+                if wanted == Wanted::Lit {
+                    chunk.pdf[k] = f32::from(u8::from(self.pdf(uv, wi, wo) > 0.0));
+                }
                 for c in 0..3 {
                     (chunk.color[c][k], chunk.facing[c][k]) = (guide.color[c], guide.facing[c]);
                 }

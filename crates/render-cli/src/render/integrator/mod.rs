@@ -12,6 +12,7 @@
 
 mod choice;
 mod cloth;
+mod shaded;
 mod vertex;
 
 use glam::Vec3;
@@ -59,7 +60,7 @@ pub fn expose(
         sample,
         throughput: Vec3::ONE,
         diffuse_share: Vec3::ZERO,
-        density: None,
+        choice: None,
     };
     let mut clock = scene.stages.clock();
     let mut paths: Vec<_> = beams.into_iter().enumerate().map(start).collect();
@@ -87,8 +88,18 @@ struct Path {
     throughput: Vec3,
     /// Of that, by the diffuse lobe of the first surface.
     diffuse_share: Vec3,
-    /// With which the last surface chose the direction, sr⁻¹.
-    density: Option<f32>,
+    /// How the last surface chose the direction.
+    choice: Option<Choice>,
+}
+
+/// How a surface chose a direction.
+#[derive(Clone, Copy, Debug)]
+struct Choice {
+    /// Its density, sr⁻¹.
+    density: f32,
+    /// Whether the surface is so rough that it leaves [narrow](crate::scene::light::Light::is_narrow) lights to those
+    /// who draw them.
+    is_rough: bool,
 }
 
 /// Takes `paths` to the next surface, their vertex number `vertices`; returns those that go on from
@@ -165,7 +176,7 @@ fn advance(
                 path.diffuse_share = bounce.diffuse_share;
             }
             path.throughput *= bounce.weight;
-            path.density = Some(bounce.density);
+            path.choice = Some(vertex.choice(bounce.density));
             if vertices >= SURE_VERTICES {
                 let survival = path.throughput.max_element().min(1.0);
                 if path.sample.next_1d() >= survival {
@@ -200,7 +211,7 @@ impl Ahead {
             .iter()
             .enumerate()
             .flat_map(|(index, path)| {
-                let lights = lights_ahead(scene, &path.beam.ray, path.density);
+                let lights = lights_ahead(scene, &path.beam.ray, path.choice);
                 lights.map(move |(distance, light)| (index, distance, light))
             })
             .collect();
@@ -230,18 +241,21 @@ impl Ahead {
     }
 }
 
-/// Lights along a ray that was chosen with `density`, sr⁻¹: their distances, and of their radiance the
-/// share of this way to find them in what both find. A ray of the camera, without a density, sees all
-/// that is infinitely far, and no lamps.
+/// Lights along a ray: their distances, and of their radiance the share of this way to find them in what both find,
+/// given its `choice`. A ray of the camera, without one, sees all that is infinitely far, and no lamps.
 fn lights_ahead(
     scene: &Scene,
     ray: &Ray,
-    density: Option<f32>,
+    choice: Option<Choice>,
 ) -> impl Iterator<Item = (f32, Vec3)> {
     let lights = scene.lights.as_slice().iter().enumerate();
+    let skips_narrow = scene.estimator == Estimator::Both && choice.is_some_and(|c| c.is_rough);
     lights.filter_map(move |(index, light)| {
+        if skips_narrow && light.is_narrow() {
+            return None;
+        }
         let found = light.ahead(ray.origin, ray.direction)?;
-        let Some(density) = density else {
+        let Some(Choice { density, .. }) = choice else {
             return (found.distance == f32::INFINITY).then_some((found.distance, found.radiance));
         };
         let other = found.density * scene.lights.expected(index);
@@ -272,6 +286,7 @@ pub enum Estimator {
 /// By the squares of both (Veach 1997, section 9.2.3, the power heuristic): where a lamp is small, drawing
 /// directions to it leaves almost no noise, and the few paths that run into it would bring most of it if they
 /// counted in proportion to their density: on cloth over a ball a quarter to a third of all variance.
+#[inline(always)]
 fn balance(own: f32, other: f32) -> f32 {
     // Not of both at once, which could overflow.
     let ratio = other / own;

@@ -7,10 +7,7 @@ use glam::{Mat3, Vec3};
 use selvedge_yarn_brdf::Shader;
 
 pub(super) use self::{bounce::bounces, scattering::scattering};
-use super::{
-    Estimator,
-    cloth::{ClothPoints, Scattering},
-};
+use super::{Choice, Estimator, cloth::ClothPoints, shaded::Scattering};
 use crate::{
     render::{
         exposure::{FirstHit, YarnSeen},
@@ -53,14 +50,12 @@ pub(super) struct Lit {
     pub(super) vertex: usize,
     /// The index of the light.
     pub(super) light: usize,
-    /// Which one it is of how many that [share](Footprint::share) the places that the vertex has on cloth.
-    share: [usize; 2],
     /// Towards it, unit, in the shading frame.
     wi: Vec3,
     /// And in world space.
     direction: Vec3,
     distance: f32,
-    /// With which it was found, sr⁻¹.
+    /// With which it was found, sr⁻¹; infinite if nothing else finds it.
     density: f32,
     /// Of f: radiance and cosine over that density.
     pub(super) weight: Vec3,
@@ -141,36 +136,37 @@ impl<'a> Vertex<'a> {
         side * wi.z > 0.0 && side * self.point.geometric_normal.dot(wi_world) > 0.0
     }
 
+    /// Of a direction with this density, sr⁻¹.
+    pub(super) fn choice(&self, density: f32) -> Choice {
+        let is_rough = matches!(self.scatterer, Scatterer::Cloth(..) | Scatterer::FarCloth(..));
+        Choice { density, is_rough }
+    }
+
     /// Adds light from each of the lights that the vertex, whose index is `vertex`, looks at, if it is in
     /// front.
     ///
-    /// They light the places of cloth in turn, each an even share of them and at least one: so many places
-    /// in the light of all have less noise than all in the light of one, and take as long.
+    /// They light the places of cloth [in turn](Footprint::in_turn): so many places in the light of all have less noise
+    /// than all in the light of one, and take as long.
     fn draw_lights(&self, vertex: usize, scene: &Scene, sample: &mut Sample, lit: &mut Vec<Lit>) {
         let square = sample.next_2d().into();
-        let before = lit.len();
+        let Choice { is_rough, .. } = self.choice(0.0);
         for index in scene.lights.draw(|| sample.next_1d()) {
-            let light = &scene.lights.as_slice()[index];
-            let Some(light) = light.sample(self.point.position, &square) else { continue };
+            let shining = &scene.lights.as_slice()[index];
+            let Some(light) = shining.sample(self.point.position, &square) else { continue };
+            let is_alone = is_rough && shining.is_narrow();
             let wi = self.frame.transpose() * light.direction;
             let expected = scene.lights.expected(index);
             if self.is_in_front(wi, light.direction) {
                 lit.push(Lit {
                     vertex,
                     light: index,
-                    share: [0, 1],
                     wi,
                     direction: light.direction,
                     distance: light.distance,
-                    density: light.density * expected,
+                    density: if is_alone { f32::INFINITY } else { light.density * expected },
                     weight: wi.z.abs() * light.irradiance / expected,
                 });
             }
-        }
-        let lit = &mut lit[before..];
-        let among = lit.len();
-        for (which, lit) in lit.iter_mut().enumerate() {
-            lit.share = [which, among];
         }
     }
 
@@ -187,9 +183,10 @@ impl<'a> Vertex<'a> {
             Scatterer::Matte(reflectance) => (*reflectance, self.frame.x_axis, None),
             Scatterer::Cloth(shader, footprint) => {
                 // A few tell it almost as well as all: it depends on the lie of the yarn, but has no highlights.
-                let places = footprint.share(0, footprint.places().len().div_ceil(POINTS));
+                let places = footprint.places();
+                let places = places.iter().step_by(places.len().div_ceil(POINTS));
                 let count = places.len() as f32;
-                let albedo: Vec3 = places.map(|place| shader.albedo(place, self.wo)).sum();
+                let albedo: Vec3 = places.map(|&place| shader.albedo(place, self.wo)).sum();
                 let yarn = shader.yarn_at(footprint.places()[0]);
                 let tangent = yarn.map_or(Vec3::X, |yarn| yarn.tangent.as_vec3());
                 let yarn = yarn.map(|yarn| YarnSeen {
@@ -268,16 +265,13 @@ impl Drawing {
     /// The mean lobes of `places`, weighed by what `weight` makes of the density with which they draw.
     fn lobes(self, places: &Scattering<'_>, weight: impl Fn(f32) -> f32) -> Lobes {
         let count = places.count() as f32;
-        let [diffuse, other] = if self.is_alone {
-            places.sums(|pdf| weight(pdf) / count)
-        } else {
-            let groups = footprint::groups(places.count(), self.groups).map(|group| {
-                let group = places.some(group);
-                let weight = weight(group.density()) / count;
-                group.sums(|_| weight)
-            });
-            groups.fold([Vec3::ZERO; 2], |[diffuse, other], [d, o]| [diffuse + d, other + o])
-        };
+        let groups = footprint::groups(places.count(), self.groups).map(|group| {
+            let group = places.some(group);
+            let weight = weight(group.density()) / count;
+            group.sums().map(|sum| sum * weight)
+        });
+        let [diffuse, other] =
+            groups.fold([Vec3::ZERO; 2], |[diffuse, other], [d, o]| [diffuse + d, other + o]);
         Lobes { diffuse, other }
     }
 }

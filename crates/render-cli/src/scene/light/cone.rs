@@ -34,6 +34,7 @@ impl Cone {
     ///
     /// By Archimedes, heights and azimuths of evenly spread directions are even: the disk, in which
     /// the square of the radius is even, is bent onto the cap.
+    #[inline]
     pub(super) fn direction(&self, square: &Square) -> Vec3 {
         let disk = square.on_disk();
         let depth = self.height * disk.length_squared().min(1.0);

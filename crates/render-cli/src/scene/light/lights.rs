@@ -19,6 +19,7 @@ pub struct Lights {
     /// How often each of them is looked at on average.
     expected: Vec<f32>,
     looked_at: usize,
+    are_narrow: bool,
     has_sky: bool,
 }
 
@@ -47,8 +48,10 @@ impl Lights {
         };
         let expected: Vec<_> = (0..lights.len()).map(expected).collect();
         let looked_at = chosen.unwrap_or(shining);
+        let are_narrow =
+            lights.iter().zip(&expected).all(|(light, &drawn)| drawn == 0.0 || light.is_narrow());
         let has_sky = lights.iter().any(|light| matches!(light, Light::Sky(_)));
-        Self { lights, sums, chosen, expected, looked_at, has_sky }
+        Self { lights, sums, chosen, expected, looked_at, are_narrow, has_sky }
     }
 
     /// All of them.
@@ -78,6 +81,11 @@ impl Lights {
         })
     }
 
+    /// Whether all that are drawn are [narrow](Light::is_narrow).
+    pub fn are_narrow(&self) -> bool {
+        self.are_narrow
+    }
+
     /// Whether there is one that is never drawn, but found along rays alone.
     pub fn has_sky(&self) -> bool {
         self.has_sky
@@ -98,7 +106,7 @@ mod tests {
     use glam::Vec3;
 
     use super::*;
-    use crate::scene::light::{Constant, Distant, Sphere};
+    use crate::scene::light::{Constant, Distant, Sky, Sphere};
 
     fn lights() -> Vec<Light> {
         let sphere = |radiance| Sphere { centre: Vec3::ZERO, radius: 0.5, radiance };
@@ -116,6 +124,17 @@ mod tests {
         let drawn: Vec<_> = lights.draw(|| panic!("there is no choice")).collect();
         assert_eq!(drawn, [0, 1, 3]);
         assert_eq!([0, 1, 2, 3].map(|index| lights.expected(index)), [1.0, 1.0, 0.0, 1.0]);
+    }
+
+    #[test]
+    fn all_are_narrow_if_those_that_are_drawn_are() {
+        let narrow = |angle| Light::Distant(Distant::new(Vec3::Z, Vec3::ONE, angle));
+        let sky = Light::Sky(Sky { zenith: Vec3::ONE, horizon: Vec3::ONE });
+        let are_narrow = |lights: &[Light]| Lights::new(lights.to_vec(), 1.0).are_narrow();
+        // 6° and 7°.
+        assert!(are_narrow(&[narrow(0.0), narrow(0.105), sky.clone(), lights()[2].clone()]));
+        assert!(!are_narrow(&[narrow(0.0), narrow(0.122)]));
+        assert!(!are_narrow(&[narrow(0.105), lights()[1].clone(), sky]));
     }
 
     #[test]

@@ -75,6 +75,7 @@ impl Light {
     /// The light that reaches `position` (world space, metres) from the direction that `square`
     /// names; the mean over the square is the irradiance. `None` where none arrives, and for
     /// what is not a number.
+    #[inline]
     pub fn sample(&self, position: Vec3, square: &Square) -> Option<LightSample> {
         let point = square.point();
         if !(position.is_finite() && point.is_finite()) {
@@ -110,6 +111,12 @@ impl Light {
         }?;
         let is_sound = ahead.distance > 0.0 && ahead.density >= 0.0;
         is_sound.then_some(ahead)
+    }
+
+    /// Whether it looks so narrow from everywhere that of the directions which a rough surface chooses for another
+    /// reason hardly any finds it, and no more would come of them than of those that are drawn.
+    pub fn is_narrow(&self) -> bool {
+        matches!(self, Self::Distant(distant) if distant.is_narrow())
     }
 
     /// The power that the light sends into a scene within `scene_radius` metres of its middle: the

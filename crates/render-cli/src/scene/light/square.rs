@@ -19,6 +19,7 @@ impl Square {
     }
 
     /// Where that is on the disk.
+    #[inline]
     pub(super) fn on_disk(&self) -> DVec2 {
         *self.disk.get_or_init(|| square_to_disk(self.point.as_dvec2()))
     }

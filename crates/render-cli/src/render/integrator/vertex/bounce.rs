@@ -163,7 +163,8 @@ fn candidates(vertices: &[Vertex<'_>], draws: &ClothPoints<'_>, scene: &Scene) -
     groups.scattering(scene.tier, |which, places| {
         let Candidate { wi, bounce, .. } = &mut candidates[which];
         let density = places.density();
-        let [diffuse, other] = places.sums(|_| wi.z.abs() / (density * places.count() as f32));
+        let scale = wi.z.abs() / (density * places.count() as f32);
+        let [diffuse, other] = places.sums().map(|sum| sum * scale);
         // Rounding may set apart what is drawn from what is told of it, at the edge of a highlight.
         let weight = if density > 0.0 { diffuse + other } else { Vec3::ZERO };
         *bounce = Bounce { weight, density, ..*bounce };
@@ -206,7 +207,7 @@ fn promises(vertex: &Vertex<'_>, own: &[Candidate], scene: &Scene) -> [f32; POIN
         let Some(Candidate { bounce, .. }) = own.get(k) else { return Vec3::ZERO };
         // Only a guess: just where the ray starts matters little.
         let ray = Ray { origin: vertex.point.position, direction: bounce.direction };
-        lights_ahead(scene, &ray, Some(bounce.density)).map(|(_, light)| light).sum()
+        lights_ahead(scene, &ray, Some(vertex.choice(bounce.density))).map(|(_, light)| light).sum()
     });
     let all: Vec3 = lights.iter().sum();
     let surfaces =

@@ -2,13 +2,13 @@
 
 use std::{f32::consts::FRAC_1_PI, ops::Range};
 
-use arrayvec::ArrayVec;
 use glam::Vec3;
 
 use super::{
     super::{
         Estimator, balance,
-        cloth::{ClothPoints, Eight, Shaded},
+        cloth::{ClothPoints, Wanted},
+        shaded::{Eight, Shaded, Sharing},
     },
     Drawing, Lit, Lobes, Scatterer, Vertex,
 };
@@ -37,7 +37,13 @@ pub(in super::super) fn scattering(
                 Scatterer::Cloth(..) => Lobes::default(),
                 Scatterer::FarCloth(shader, footprint, cover) => {
                     let f = shader.far_eval_lobes(footprint, lit.wi, vertex.wo);
-                    let weight = balance(shader.far_pdf(footprint, lit.wi, vertex.wo)) / cover;
+                    // What nothing else finds is not weighed.
+                    let weight = if lit.density < f32::INFINITY {
+                        balance(shader.far_pdf(footprint, lit.wi, vertex.wo))
+                    } else {
+                        1.0
+                    };
+                    let weight = weight / cover;
                     Lobes { diffuse: f.diffuse, other: f.specular }.scaled(Vec3::splat(weight))
                 }
                 Scatterer::Standard(point) => {
@@ -49,100 +55,114 @@ pub(in super::super) fn scattering(
         })
         .collect();
     let mut is_cloth = vec![0; vertices.len()];
-    let missed = cloth_scattering(vertices, lit, 0..lit.len(), scene, |index, found, bits| {
-        let Lit { vertex, share: [which, among], .. } = lit[index];
-        if let Scatterer::Cloth(_, footprint) = &vertices[vertex].scatterer {
-            lobes[index] = found;
-            is_cloth[vertex] |= footprint.bits(which, among, bits);
-        }
+    let firsts = lit.chunk_by(|a, b| a.vertex == b.vertex).scan(0, |first, lit| {
+        *first += lit.len();
+        Some(*first - lit.len())
+    });
+    let missed = cloth_scattering(vertices, lit, firsts, scene, &mut lobes, |vertex, bits| {
+        is_cloth[vertex] = bits;
     });
     close_gaps(vertices, is_cloth);
-    cloth_scattering(vertices, lit, missed, scene, |index, found, _| lobes[index] = found);
+    cloth_scattering(vertices, lit, missed, scene, &mut lobes, |_, _| {});
     lobes
 }
 
-/// Calls `each` with the lobes that those lights find that are `wanted` and shine on cloth, each at its share of the
-/// places there, and with a bit for each place: whether it is in no gap. The places in gaps do not count. Returns those
-/// lights that shine on nothing but gaps.
+/// Those of the lights that shine on the same vertex as light `first` does, the first of them.
+fn of_vertex(lit: &[Lit], first: usize) -> &[Lit] {
+    lit[first..].chunk_by(|a, b| a.vertex == b.vertex).next().unwrap_or_default()
+}
+
+/// Sets the lobes that those lights find on cloth that shine on one vertex, given the `firsts` of them. They look at its
+/// places in turn; those in gaps do not count. Calls `each` with each vertex and a bit for each of its places: whether it
+/// is in no gap. Returns the firsts of those that shine on nothing but gaps.
 fn cloth_scattering(
     vertices: &[Vertex<'_>],
     lit: &[Lit],
-    wanted: impl IntoIterator<Item = usize>,
+    firsts: impl IntoIterator<Item = usize>,
     scene: &Scene,
-    mut each: impl FnMut(usize, Lobes, u16),
+    lobes: &mut [Lobes],
+    mut each: impl FnMut(usize, u16),
 ) -> Vec<usize> {
     let drawing = Drawing::of(scene);
-    let mut cloth = ClothPoints::new(lit.len() * MOST_POINTS);
-    for index in wanted {
-        let Lit { vertex, share: [which, among], wi, .. } = lit[index];
-        let Vertex { scatterer, wo, .. } = &vertices[vertex];
+    let mut cloth = ClothPoints::new(vertices.len() * MOST_POINTS);
+    for first in firsts {
+        let lit = of_vertex(lit, first);
+        let Vertex { scatterer, wo, .. } = &vertices[lit[0].vertex];
         if let Scatterer::Cloth(shader, footprint) = scatterer {
-            cloth.push(index, shader, footprint.share(which, among), [wi, *wo]);
+            let places = footprint.in_turn(lit.len());
+            cloth.push_in_turn(first, shader, places, &sharing(lit), *wo);
         }
     }
     let mut missed = Vec::new();
-    for mut shaded in cloth.shade(scene.tier, drawing.is_alone) {
+    let wanted = match (drawing.is_alone, scene.lights.are_narrow()) {
+        (false, _) => Wanted::Density,
+        (true, false) => Wanted::Guided,
+        (true, true) => Wanted::Lit,
+    };
+    for mut shaded in cloth.shade(scene.tier, wanted) {
         let owners: Vec<_> = shaded.owners().collect();
-        for of_vertex in owners.chunk_by(|(a, _), (b, _)| lit[*a].vertex == lit[*b].vertex) {
-            let mut found = ArrayVec::<_, MOST_DRAWN>::new();
-            for (index, places) in of_vertex {
-                let (own, is_cloth) = shaded.keep_cloth(places.clone());
-                let density = lit[*index].density;
-                let lobes = drawing.lobes(&own, |pdf| weight_of_light(scene, density, pdf));
-                found.push(Found { index: *index, places: places.clone(), lobes, is_cloth });
-            }
-            if found.iter().all(|found| found.is_cloth == 0) {
-                missed.extend(found.iter().map(|found| found.index));
+        for (first, places) in owners {
+            let lit = of_vertex(lit, first);
+            let is_cloth = shaded.cloth(places.clone());
+            if is_cloth == 0 {
+                missed.push(first);
                 continue;
             }
-            if found.len() > 1 {
-                guide(&mut found, &shaded, lit, scene);
+            let vertex = lit[0].vertex;
+            if let Scatterer::Cloth(_, footprint) = &vertices[vertex].scatterer {
+                each(vertex, footprint.bits(is_cloth));
             }
-            for Found { index, lobes, is_cloth, .. } in found {
-                each(index, lobes, is_cloth);
+            let lobes = &mut lobes[first..][..lit.len()];
+            if drawing.is_alone {
+                share(lit, &shaded, places, is_cloth.count_ones(), scene, lobes);
+            } else {
+                let density = lit[0].density;
+                let weight = |pdf| weight_of_light(scene, density, pdf);
+                lobes[0] = drawing.lobes(&shaded.keep_cloth(places), weight);
             }
         }
     }
     missed
 }
 
-/// What a light finds at its share of the places of a vertex.
-struct Found {
-    /// Of the light.
-    index: usize,
-    /// Where its share is.
-    places: Range<usize>,
-    /// The mean over those places that are in no gap.
-    lobes: Lobes,
-    /// Which they are.
-    is_cloth: u16,
+/// Those lights side by side.
+fn sharing(lit: &[Lit]) -> Sharing {
+    let mut sharing =
+        Sharing { count: lit.len(), wi: [[0.0; MOST_DRAWN]; 3], density: [1.0; MOST_DRAWN] };
+    for (k, lit) in lit.iter().enumerate() {
+        sharing.density[k] = lit.density;
+        for (part, component) in sharing.wi.iter_mut().zip(lit.wi.to_array()) {
+            part[k] = component;
+        }
+    }
+    sharing
 }
 
-/// Makes of what each light has `found` at its share of a vertex an estimate of what it would have found at all places.
+/// Sets the lobes that each of the lights of a vertex would have found at all its `places`, estimated from what it finds
+/// at its own share of them. `count` of them are in no gap.
 ///
 /// What it would find of the diffuse at the places of the others their guides tell nearly: the mean of that over all
 /// places less that over its own share takes off what the choice of the share adds to the noise, and nothing on average:
 /// a control variate (Hammersley & Handscomb 1964, section 5.5).
-fn guide(found: &mut [Found], shaded: &Shaded<'_>, lit: &[Lit], scene: &Scene) {
-    let mut wi = [[0.0; MOST_DRAWN]; 3];
-    for (which, found) in found.iter().enumerate() {
-        for (part, component) in wi.iter_mut().zip(lit[found.index].wi.to_array()) {
-            part[which] = component;
-        }
-    }
-    let of_shares: ArrayVec<_, MOST_DRAWN> =
-        found.iter().map(|found| shaded.guided(found.places.clone(), &wi)).collect();
-    let count: u32 = found.iter().map(|found| found.is_cloth.count_ones()).sum();
+fn share(
+    lit: &[Lit],
+    shaded: &Shaded<'_>,
+    places: Range<usize>,
+    count: u32,
+    scene: &Scene,
+    lobes: &mut [Lobes],
+) {
+    let lights = sharing(lit);
+    let sums = shaded.sums(places, &lights, |found, pdf| weight_of_light(scene, found, pdf));
     // Not by what is cloth in one share: places beside gaps would count for more than others.
-    let part = found.len() as f32 / count as f32;
-    for (which, Found { index, lobes, is_cloth, .. }) in found.iter_mut().enumerate() {
-        let Lit { wi: towards, density, .. } = lit[*index];
-        let guided = |sums: &[Eight; 3]| Vec3::from_array(sums.each_ref().map(|sum| sum[which]));
-        let (all, own) = (of_shares.iter().map(guided).sum::<Vec3>(), guided(&of_shares[which]));
+    let (part, whole) = (lit.len() as f32 / count as f32, (count as f32).recip());
+    for (k, (lit, lobes)) in lit.iter().zip(lobes).enumerate() {
+        let of = |sums: &[Eight; 3]| Vec3::from_array(sums.each_ref().map(|sum| sum[k]));
         // By a weight that does not depend on the places, which would make it more than noise.
-        let weight = weight_of_light(scene, density, towards.z.abs() * FRAC_1_PI);
-        *lobes = lobes.scaled(Vec3::splat(is_cloth.count_ones() as f32 * part));
-        lobes.diffuse += (all / count as f32 - own * part) * weight;
+        let weight = weight_of_light(scene, lit.density, lit.wi.z.abs() * FRAC_1_PI);
+        lobes.other = of(&sums.specular) * part;
+        lobes.diffuse =
+            (of(&sums.diffuse) - of(&sums.own) * weight) * part + of(&sums.all) * (weight * whole);
     }
 }
 
