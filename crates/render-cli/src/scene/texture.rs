@@ -2,6 +2,7 @@
 
 use glam::{Vec2, Vec3};
 use image::DynamicImage;
+use rayon::prelude::*;
 use thiserror::Error;
 
 /// A picture that repeats over the plane, with a pyramid of smaller copies.
@@ -90,9 +91,11 @@ impl MipTexture {
         }
         let decode = Box::new(std::array::from_fn(|byte| encoding.decode(byte as f32 / 255.0)));
         let mut texture = Self { levels: vec![], components, decode };
+        let decode = texture.decode.clone();
+        let encode = Encode::new(&decode);
         let mut level = Level { width, height, texels };
         while level.width.max(level.height) > 1 {
-            let next = texture.halved(&level);
+            let next = texture.halved(&level, &encode);
             texture.levels.push(std::mem::replace(&mut level, next));
         }
         texture.levels.push(level);
@@ -204,31 +207,72 @@ impl MipTexture {
     }
 
     /// The copy of half the width and height, rounded down: each texel the mean of what it covers.
-    fn halved(&self, level: &Level) -> Level {
-        let columns = coverage(level.width);
-        let means = coverage(level.height).into_iter().flat_map(|row| {
-            let mean = move |column: Covered, component: usize| -> f32 {
-                let texel = |(y, x): (usize, usize)| (y * level.width + x) * self.components;
-                let at = |place| self.component(level, texel(place) + component);
-                let across = |y| column.sum(|x| at((y, x)));
-                row.sum(across)
-            };
-            let components = self.components;
-            let columns = columns.clone();
-            columns
-                .into_iter()
-                .flat_map(move |column| (0..components).map(move |k| mean(column, k)))
-        });
-        let texels = match level.texels {
-            Texels::Bytes(_) => Texels::Bytes(means.map(|mean| self.encode(mean)).collect()),
-            Texels::Floats(_) => Texels::Floats(means.collect()),
+    fn halved(&self, level: &Level, encode: &Encode<'_>) -> Level {
+        let (columns, rows) = (coverage(level.width), coverage(level.height));
+        let mean = |row: &Covered, column: &Covered, component: usize| -> f32 {
+            let texel = |y: usize, x: usize| (y * level.width + x) * self.components;
+            let at = |y, x| self.component(level, texel(y, x) + component);
+            row.sum(|y| column.sum(|x| at(y, x)))
         };
-        Level { width: columns.len(), height: (level.height / 2).max(1), texels }
+        let texels = match level.texels {
+            Texels::Bytes(_) => Texels::Bytes(
+                self.filled(&rows, &columns, |row, column, k| encode.byte(mean(row, column, k))),
+            ),
+            Texels::Floats(_) => Texels::Floats(self.filled(&rows, &columns, mean)),
+        };
+        Level { width: columns.len(), height: rows.len(), texels }
+    }
+
+    /// What `value` is of each component of each texel, row by row on all processors.
+    fn filled<T: Clone + Default + Send>(
+        &self,
+        rows: &[Covered],
+        columns: &[Covered],
+        value: impl Fn(&Covered, &Covered, usize) -> T + Sync,
+    ) -> Vec<T> {
+        let width = columns.len() * self.components;
+        let mut all = vec![T::default(); rows.len() * width];
+        all.par_chunks_mut(width).zip(rows).for_each(|(values, row)| {
+            for (texel, column) in values.chunks_mut(self.components).zip(columns) {
+                for (k, component) in texel.iter_mut().enumerate() {
+                    *component = value(row, column, k);
+                }
+            }
+        });
+        all
+    }
+}
+
+/// Finds bytes by what they mean.
+struct Encode<'a> {
+    /// In rising order.
+    decode: &'a [f32; 256],
+    /// The first byte that means at least each of so many even steps from 0 to 1.
+    first: Vec<u8>,
+}
+
+/// Steps, about as long as the shortest one between the meanings of bytes.
+const STEPS: usize = 4096;
+
+impl<'a> Encode<'a> {
+    fn new(decode: &'a [f32; 256]) -> Self {
+        let first = |step: usize| {
+            let least = step as f32 / STEPS as f32;
+            decode.partition_point(|&decoded| decoded < least).min(255) as u8
+        };
+        Self { decode, first: (0..=STEPS).map(first).collect() }
     }
 
     /// The byte that means what is nearest to `value`.
-    fn encode(&self, value: f32) -> u8 {
-        let above = self.decode.partition_point(|&decoded| decoded < value).clamp(1, 255);
+    fn byte(&self, value: f32) -> u8 {
+        let step = (value.clamp(0.0, 1.0) * STEPS as f32) as usize;
+        let mut above = usize::from(self.first[step]).max(1);
+        while above > 1 && self.decode[above - 1] >= value {
+            above -= 1;
+        }
+        while above < 255 && self.decode[above] < value {
+            above += 1;
+        }
         let middle = 0.5 * (self.decode[above - 1] + self.decode[above]);
         (if value < middle { above - 1 } else { above }) as u8
     }
