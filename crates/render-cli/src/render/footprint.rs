@@ -114,9 +114,11 @@ impl Footprint {
     }
 
     /// The points, uv in metres, as so many look at them in turn, each at an equal number of them: the first ones twice
-    /// where they do not come out even.
+    /// where they do not come out even. At most [`MOST_POINTS`] where eight look at twelve, the most of those that are
+    /// shared.
     pub fn in_turn(&self, among: usize) -> impl ExactSizeIterator<Item = DVec2> {
         let count = self.count;
+        // Mostly none is looked at twice.
         (0..among * count.div_ceil(among))
             .map(move |k| self.places[if k < count { k } else { k % count }])
     }

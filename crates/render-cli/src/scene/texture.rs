@@ -91,8 +91,7 @@ impl MipTexture {
         }
         let decode = Box::new(std::array::from_fn(|byte| encoding.decode(byte as f32 / 255.0)));
         let mut texture = Self { levels: vec![], components, decode };
-        let decode = texture.decode.clone();
-        let encode = Encode::new(&decode);
+        let encode = Encode::new(&texture.decode);
         let mut level = Level { width, height, texels };
         while level.width.max(level.height) > 1 {
             let next = texture.halved(&level, &encode);
@@ -207,7 +206,7 @@ impl MipTexture {
     }
 
     /// The copy of half the width and height, rounded down: each texel the mean of what it covers.
-    fn halved(&self, level: &Level, encode: &Encode<'_>) -> Level {
+    fn halved(&self, level: &Level, encode: &Encode) -> Level {
         let (columns, rows) = (coverage(level.width), coverage(level.height));
         let mean = |row: &Covered, column: &Covered, component: usize| -> f32 {
             let texel = |y: usize, x: usize| (y * level.width + x) * self.components;
@@ -215,9 +214,9 @@ impl MipTexture {
             row.sum(|y| column.sum(|x| at(y, x)))
         };
         let texels = match level.texels {
-            Texels::Bytes(_) => Texels::Bytes(
-                self.filled(&rows, &columns, |row, column, k| encode.byte(mean(row, column, k))),
-            ),
+            Texels::Bytes(_) => Texels::Bytes(self.filled(&rows, &columns, |row, column, k| {
+                encode.byte(&self.decode, mean(row, column, k))
+            })),
             Texels::Floats(_) => Texels::Floats(self.filled(&rows, &columns, mean)),
         };
         Level { width: columns.len(), height: rows.len(), texels }
@@ -243,10 +242,8 @@ impl MipTexture {
     }
 }
 
-/// Finds bytes by what they mean.
-struct Encode<'a> {
-    /// In rising order.
-    decode: &'a [f32; 256],
+/// Finds bytes by what they mean, numbers in rising order.
+struct Encode {
     /// The first byte that means at least each of so many even steps from 0 to 1.
     first: Vec<u8>,
 }
@@ -254,26 +251,26 @@ struct Encode<'a> {
 /// Steps, about as long as the shortest one between the meanings of bytes.
 const STEPS: usize = 4096;
 
-impl<'a> Encode<'a> {
-    fn new(decode: &'a [f32; 256]) -> Self {
+impl Encode {
+    fn new(decode: &[f32; 256]) -> Self {
         let first = |step: usize| {
             let least = step as f32 / STEPS as f32;
             decode.partition_point(|&decoded| decoded < least).min(255) as u8
         };
-        Self { decode, first: (0..=STEPS).map(first).collect() }
+        Self { first: (0..=STEPS).map(first).collect() }
     }
 
     /// The byte that means what is nearest to `value`.
-    fn byte(&self, value: f32) -> u8 {
+    fn byte(&self, decode: &[f32; 256], value: f32) -> u8 {
         let step = (value.clamp(0.0, 1.0) * STEPS as f32) as usize;
         let mut above = usize::from(self.first[step]).max(1);
-        while above > 1 && self.decode[above - 1] >= value {
+        while above > 1 && decode[above - 1] >= value {
             above -= 1;
         }
-        while above < 255 && self.decode[above] < value {
+        while above < 255 && decode[above] < value {
             above += 1;
         }
-        let middle = 0.5 * (self.decode[above - 1] + self.decode[above]);
+        let middle = 0.5 * (decode[above - 1] + decode[above]);
         (if value < middle { above - 1 } else { above }) as u8
     }
 }

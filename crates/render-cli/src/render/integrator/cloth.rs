@@ -133,8 +133,7 @@ impl<'a> ClothPoints<'a> {
     /// Calls `each` with f at those places that were pushed for someone in turn and are not in gaps.
     pub(super) fn scattering(&self, tier: Tier, mut each: impl FnMut(usize, &Scattering<'_>)) {
         for mut shaded in self.shade(tier, Wanted::Density) {
-            let owners: Vec<_> = shaded.owners().collect();
-            for (of, all) in owners {
+            for (of, all) in shaded.owners() {
                 each(of, &shaded.keep_cloth(all));
             }
         }

@@ -3,7 +3,8 @@
 //! At each surface lights are sampled, one of them is looked for behind what is in the way, and the
 //! path goes on in a direction drawn by the cosine or, at cloth, nearly in proportion to what it
 //! reflects. Lights are found both ways, and each counts as much as it is likely to find them (Veach 1997,
-//! section 9.2.3), so that neither a narrow highlight nor a near light is noisy. Paths end by chance
+//! section 9.2.3), so that neither a narrow highlight nor a near light is noisy; but lights that are narrow themselves
+//! are drawn alone where a surface is rough. Paths end by chance
 //! (Russian roulette), which biases nothing, or at the scene's depth.
 //!
 //! Many paths go on side by side, from surface to surface, so that cloth is asked about many places at
@@ -251,7 +252,8 @@ fn lights_ahead(
     let lights = scene.lights.as_slice().iter().enumerate();
     let skips_narrow = scene.estimator == Estimator::Both && choice.is_some_and(|c| c.is_rough);
     lights.filter_map(move |(index, light)| {
-        if skips_narrow && light.is_narrow() {
+        // One that is too weak to be drawn ever is found along rays alone.
+        if skips_narrow && light.is_narrow() && scene.lights.expected(index) > 0.0 {
             return None;
         }
         let found = light.ahead(ray.origin, ray.direction)?;

@@ -84,9 +84,9 @@ pub(super) struct Sums {
     pub(super) all: [Eight; 3],
 }
 
-impl Shaded<'_> {
+impl<'a> Shaded<'a> {
     /// Whoever places were pushed for in turn, and where theirs are.
-    pub(super) fn owners(&self) -> impl Iterator<Item = (usize, Range<usize>)> {
+    pub(super) fn owners(&self) -> impl Iterator<Item = (usize, Range<usize>)> + use<'a> {
         let mut first = 0;
         self.of.chunk_by(|a, b| a == b).map(move |of| {
             let all = first..first + of.len();

@@ -136,10 +136,14 @@ impl<'a> Vertex<'a> {
         side * wi.z > 0.0 && side * self.point.geometric_normal.dot(wi_world) > 0.0
     }
 
+    /// Whether narrow lights are left to those who draw them.
+    fn is_rough(&self) -> bool {
+        matches!(self.scatterer, Scatterer::Cloth(..) | Scatterer::FarCloth(..))
+    }
+
     /// Of a direction with this density, sr⁻¹.
     pub(super) fn choice(&self, density: f32) -> Choice {
-        let is_rough = matches!(self.scatterer, Scatterer::Cloth(..) | Scatterer::FarCloth(..));
-        Choice { density, is_rough }
+        Choice { density, is_rough: self.is_rough() }
     }
 
     /// Adds light from each of the lights that the vertex, whose index is `vertex`, looks at, if it is in
@@ -149,11 +153,11 @@ impl<'a> Vertex<'a> {
     /// than all in the light of one, and take as long.
     fn draw_lights(&self, vertex: usize, scene: &Scene, sample: &mut Sample, lit: &mut Vec<Lit>) {
         let square = sample.next_2d().into();
-        let Choice { is_rough, .. } = self.choice(0.0);
+        let is_rough = self.is_rough();
         for index in scene.lights.draw(|| sample.next_1d()) {
-            let shining = &scene.lights.as_slice()[index];
-            let Some(light) = shining.sample(self.point.position, &square) else { continue };
-            let is_alone = is_rough && shining.is_narrow();
+            let light = &scene.lights.as_slice()[index];
+            let is_only_drawn = is_rough && light.is_narrow();
+            let Some(light) = light.sample(self.point.position, &square) else { continue };
             let wi = self.frame.transpose() * light.direction;
             let expected = scene.lights.expected(index);
             if self.is_in_front(wi, light.direction) {
@@ -163,7 +167,7 @@ impl<'a> Vertex<'a> {
                     wi,
                     direction: light.direction,
                     distance: light.distance,
-                    density: if is_alone { f32::INFINITY } else { light.density * expected },
+                    density: if is_only_drawn { f32::INFINITY } else { light.density * expected },
                     weight: wi.z.abs() * light.irradiance / expected,
                 });
             }

@@ -203,13 +203,13 @@ fn bytes_mean_what_is_nearest() {
         let encode = Encode::new(&decode);
         for byte in 0..=255_u8 {
             let value = decode[usize::from(byte)];
-            assert_eq!(encode.byte(value), byte);
+            assert_eq!(encode.byte(&decode, value), byte);
             if byte < 255 {
                 let step = decode[usize::from(byte) + 1] - value;
-                let near = [0.49, 0.51].map(|share| encode.byte(value + share * step));
+                let near = [0.49, 0.51].map(|share| encode.byte(&decode, value + share * step));
                 assert_eq!(near, [byte, byte + 1], "{encoding:?}");
             }
         }
-        assert_eq!([-0.1, 1.1].map(|value| encode.byte(value)), [0, 255]);
+        assert_eq!([-0.1, 1.1].map(|value| encode.byte(&decode, value)), [0, 255]);
     }
 }

@@ -100,8 +100,7 @@ fn cloth_scattering(
         (true, true) => Wanted::Lit,
     };
     for mut shaded in cloth.shade(scene.tier, wanted) {
-        let owners: Vec<_> = shaded.owners().collect();
-        for (first, places) in owners {
+        for (first, places) in shaded.owners() {
             let lit = of_vertex(lit, first);
             let is_cloth = shaded.cloth(places.clone());
             if is_cloth == 0 {
