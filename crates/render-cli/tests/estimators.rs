@@ -254,3 +254,30 @@ fn narrow_lights_are_found_as_wide_ones_are() {
         }
     }
 }
+
+/// The only light, which is drawn several times where a pixel hardly sees more than one thread.
+#[test]
+fn lamp_alone_is_found_by_every_way() {
+    for name in ["cotton-gauze", "denim", "silk-charmeuse"] {
+        let source = fabric::read(format!("preset:{name}").as_ref()).unwrap();
+        let material = source.cloth(&source.draft().drawdown().unwrap()).unwrap();
+        let mut scene =
+            scene_of(vec![cloth(Material::cloth(source.shader(&material).unwrap()))], vec![lamp()]);
+        scene.detail.level = Level::Near;
+        for fov in [0.005, 0.04] {
+            scene.camera.horizontal_fov = fov;
+            scene.estimator = Estimator::Directions;
+            let (expected, deviation) = mean(&scene, 1024);
+            for estimator in [Estimator::Both, Estimator::Lights] {
+                scene.estimator = estimator;
+                let (found, other) = mean(&scene, 256);
+                let difference = (found - expected).abs();
+                let bound = 4.0 * (deviation.powf(2.0) + other.powf(2.0)).map(f64::sqrt);
+                assert!(
+                    difference.cmple(bound).all() && bound.cmplt(0.4 * expected).all(),
+                    "{name}, {fov} rad, {estimator:?}: {found}, expected {expected} within {bound}"
+                );
+            }
+        }
+    }
+}

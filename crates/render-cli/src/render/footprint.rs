@@ -9,7 +9,7 @@
 //! points spread about each ray, those of different rays would fall by chance. So they lie about the middle of the
 //! pixel, and the rays shift one pattern of them.
 
-use std::{f32::consts::TAU, ops::Range};
+use std::f32::consts::TAU;
 
 use glam::{DVec2, Vec2, Vec3};
 
@@ -41,6 +41,7 @@ pub struct Bundle {
 pub struct Footprint {
     places: [DVec2; MOST_POINTS],
     count: usize,
+    draws: usize,
 }
 
 /// Most points of a footprint.
@@ -65,7 +66,7 @@ impl Footprint {
     /// deviation: no two close together. `cells` are the standard deviations of the beam along weft and warp, in
     /// cells of the draft.
     ///
-    /// `is_shared` if several lights share the points: then there are as many as all the usual numbers of lights share
+    /// So many `draws` of lights share the points: if several, there are as many as all the usual numbers of them share
     /// evenly, and fewer, since the guides to the diffuse that they have from each other take off more noise.
     ///
     /// `start` turns and shifts the pattern, in units of 2⁻³² of its periods. When it is uniform, each point by
@@ -74,7 +75,7 @@ impl Footprint {
         centre: Vec2,
         [a, b]: [Vec2; 2],
         cells: DVec2,
-        is_shared: bool,
+        draws: usize,
         start: [u32; 2],
     ) -> Self {
         let centre = centre.as_dvec2();
@@ -82,15 +83,18 @@ impl Footprint {
         let mut places = [DVec2::ZERO; MOST_POINTS];
         // A number of points that is known where they are made takes fewer instructions.
         let count = match cells.max_element() {
-            width if is_shared && width < FEW => {
+            _ if draws > 1 && is_narrow(cells) && 8 % draws == 0 => {
+                fill(&mut places, gaussian_points::<8>(start).map(place))
+            }
+            _ if draws > 1 && is_narrow(cells) => {
                 fill(&mut places, gaussian_points::<6>(start).map(place))
             }
-            _ if is_shared => fill(&mut places, gaussian_points::<12>(start).map(place)),
-            width if width < FEW => fill(&mut places, gaussian_points::<POINTS>(start).map(place)),
+            _ if draws > 1 => fill(&mut places, gaussian_points::<12>(start).map(place)),
+            _ if is_narrow(cells) => fill(&mut places, gaussian_points::<POINTS>(start).map(place)),
             width if width < MORE => fill(&mut places, gaussian_points::<8>(start).map(place)),
             _ => fill(&mut places, gaussian_points::<MOST_POINTS>(start).map(place)),
         };
-        Self { places, count }
+        Self { places, count, draws }
     }
 
     /// Forgets the points that are not cloth, but in a gap: those whose bits are 0. Where all are, `centre` stands for
@@ -132,6 +136,11 @@ impl Footprint {
             rest >>= self.count;
         }
         bits
+    }
+
+    /// How many draws of lights share the points.
+    pub fn draws(&self) -> usize {
+        self.draws
     }
 
     /// The points, at least one: uv in metres.
@@ -183,11 +192,9 @@ impl Cast {
     }
 }
 
-/// `count` points shared out as evenly as can be among `most` groups of neighbours, or as many as there are
-/// points: the range of each.
-pub fn groups(count: usize, most: usize) -> impl Iterator<Item = Range<usize>> {
-    let groups = count.min(most);
-    (0..groups).map(move |k| k * count / groups..(k + 1) * count / groups)
+/// Whether a beam with such standard deviations, in cells along weft and warp, hardly sees more than one thread.
+pub fn is_narrow(cells: DVec2) -> bool {
+    cells.max_element() < FEW
 }
 
 /// Puts `points` first, and returns how many they are.
@@ -247,37 +254,24 @@ mod tests {
 
     #[test]
     fn wide_footprints_have_more_points() {
-        let count = |cells: DVec2, is_shared: bool| {
+        let count = |cells: DVec2, draws: usize| {
             let axes = [0.1 * Vec2::X, 0.1 * Vec2::Y];
-            let footprint = Footprint::new(Vec2::ONE, axes, cells, is_shared, [u32::MAX; 2]);
+            let footprint = Footprint::new(Vec2::ONE, axes, cells, draws, [u32::MAX; 2]);
             let far = footprint.places().iter().map(|place| place.distance(DVec2::ONE));
             assert!(far.fold(0.0, f64::max) > 0.1);
             footprint.places().len()
         };
-        let counts = |is_shared| [0.0, 0.3, 0.4].map(|v| count(DVec2::new(0.1, v), is_shared));
-        assert_eq!([false, true].map(counts), [[4, 8, 16], [6, 12, 12]]);
-        assert_eq!([false, true].map(|is_shared| count(DVec2::NAN, is_shared)), [16, 12]);
-    }
-
-    #[test]
-    fn groups_take_each_point_once() {
-        for count in 1..=MOST_POINTS {
-            for most in [1, 3, 4] {
-                let all: Vec<_> = groups(count, most).flatten().collect();
-                assert_eq!(all, (0..count).collect::<Vec<_>>());
-                let sizes: Vec<_> = groups(count, most).map(|group| group.len()).collect();
-                assert_eq!(sizes.len(), count.min(most));
-                let (least, greatest) = (sizes.iter().min(), sizes.iter().max());
-                assert!(greatest.unwrap() - least.unwrap() <= 1, "{sizes:?}");
-            }
-        }
+        let counts = |draws| [0.0, 0.3, 0.4].map(|v| count(DVec2::new(0.1, v), draws));
+        let expected = [[4, 8, 16], [6, 12, 12], [8, 12, 12], [6, 12, 12], [8, 12, 12]];
+        assert_eq!([1, 3, 4, 6, 8].map(counts), expected);
+        assert_eq!([1, 3, 8].map(|draws| count(DVec2::NAN, draws)), [16, 12, 12]);
     }
 
     #[test]
     fn points_in_gaps_do_not_count() {
         let places = [[1.0, 1.0], [-1.0, 1.0], [2.0, 1.0], [0.0, 0.0]].map(DVec2::from_array);
         let mean = |is_cloth: u16| {
-            let mut footprint = Footprint { places: [DVec2::NAN; MOST_POINTS], count: 4 };
+            let mut footprint = Footprint { places: [DVec2::NAN; MOST_POINTS], count: 4, draws: 1 };
             footprint.places[..4].copy_from_slice(&places);
             footprint.keep(Vec2::Y, is_cloth);
             let places = footprint.places();
@@ -291,7 +285,7 @@ mod tests {
     #[test]
     fn lights_look_at_all_points_in_turn() {
         for count in 1..=12 {
-            let mut footprint = Footprint { places: [DVec2::ZERO; MOST_POINTS], count };
+            let mut footprint = Footprint { places: [DVec2::ZERO; MOST_POINTS], count, draws: 1 };
             for (k, place) in footprint.places.iter_mut().enumerate() {
                 place.x = k as f64;
             }
@@ -308,7 +302,8 @@ mod tests {
                 assert!(again.iter().all(|&place| place < count));
             }
         }
-        let footprint = Footprint { places: [DVec2::ZERO; MOST_POINTS], count: MOST_POINTS };
+        let footprint =
+            Footprint { places: [DVec2::ZERO; MOST_POINTS], count: MOST_POINTS, draws: 1 };
         assert_eq!(footprint.bits(0x8001), 0x8001);
     }
 

@@ -68,6 +68,15 @@ impl Sample {
         self.kept[place / 4 % KEPT][place % 4]
     }
 
+    /// The next three coordinates that are of one set, in [0, 1)³: those that are left of another one before are skipped,
+    /// since three of two sets are not even together.
+    pub fn next_3d(&mut self) -> [f32; 3] {
+        if self.read % 4 > 1 {
+            self.read = self.read.next_multiple_of(4);
+        }
+        array::from_fn(|_| self.next_1d())
+    }
+
     /// Where a pattern starts that the samples of a pixel turn and shift, so that what all of them together put
     /// on a surface is spread as evenly as by each: point by point of a lattice (Kronecker 1884) that is shifted
     /// anew for each pixel. In units of 2⁻³²; uniform for each sample by itself.
@@ -206,6 +215,25 @@ mod tests {
             }
             assert_eq!(seen[0], [1; 16], "{pixel:?}");
             assert_eq!(seen[1], [1; 16], "{pixel:?}");
+        }
+    }
+
+    #[test]
+    fn three_coordinates_are_even_together_whatever_was_read_before() {
+        for pixel in 0..20 {
+            let sampler = PixelSampler::new([pixel, 0], 7);
+            for read in [0, 2, 3, 4, 6] {
+                let mut seen = [0; 8];
+                for index in 0..16 {
+                    let mut sample = sampler.sample(index);
+                    (0..read).for_each(|_| {
+                        sample.next_1d();
+                    });
+                    let [x, y, z] = sample.next_3d().map(|x| (2.0 * x) as usize);
+                    seen[4 * z + 2 * y + x] += 1;
+                }
+                assert_eq!(seen, [2; 8], "{pixel} {read}");
+            }
         }
     }
 

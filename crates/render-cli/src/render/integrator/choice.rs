@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::vertex::{Lit, Lobes};
 
-/// The share of the choice among lights that is even, whatever they bring: where the one that brings most
+/// The share of the choice among several lights that is even, whatever they bring: where the one that brings most
 /// is in the shadow, another one has to be looked at. Of six equal lights in sight, a tenth of it would take
 /// 6 % off the noise.
 const EVEN: f32 = 0.25;
@@ -22,7 +22,10 @@ pub(super) fn choose<'a>(lit: &'a [Lit], f: &[Lobes], xi: f32) -> Option<(&'a Li
     let brought = |(lit, lobes): (&Lit, &Lobes)| lobes.scaled(lit.weight);
     let weights =
         lit.iter().zip(f).map(brought).map(|lobes| weight((lobes.diffuse + lobes.other).abs()));
-    let (k, probability) = pick(weights, EVEN, xi)?;
+    // What is in the way of one light is mostly in the way of all directions to it.
+    let is_one = lit.iter().all(|other| other.light == lit[0].light);
+    let even = if is_one { 0.0 } else { EVEN };
+    let (k, probability) = pick(weights, even, xi)?;
     Some((&lit[k], brought((&lit[k], &f[k])).scaled(Vec3::splat(1.0 / probability))))
 }
 

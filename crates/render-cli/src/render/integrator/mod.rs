@@ -62,6 +62,7 @@ pub fn expose(
         throughput: Vec3::ONE,
         diffuse_share: Vec3::ZERO,
         choice: None,
+        promised: Vec3::ZERO,
     };
     let mut clock = scene.stages.clock();
     let mut paths: Vec<_> = beams.into_iter().enumerate().map(start).collect();
@@ -91,12 +92,14 @@ struct Path {
     diffuse_share: Vec3,
     /// How the last surface chose the direction.
     choice: Option<Choice>,
+    /// Radiance of the lights along the beam that has counted, since the last surface took it for granted.
+    promised: Vec3,
 }
 
 /// How a surface chose a direction.
 #[derive(Clone, Copy, Debug)]
 struct Choice {
-    /// Its density, sr⁻¹.
+    /// Its density, sr⁻¹, by the times that the surface draws each light.
     density: f32,
     /// Whether the surface is so rough that it leaves [narrow](crate::scene::light::Light::is_narrow) lights to those
     /// who draw them.
@@ -115,14 +118,11 @@ fn advance(
     let mut clock = scene.stages.clock();
     let is_first = vertices == 1;
     let has_layers = has_layers && is_first;
-    let mut add = |path: &Path, light: Vec3, diffuse_share: Vec3| {
-        exposures[path.index].radiance += path.throughput * light;
-        exposures[path.index].diffuse += path.throughput * light * diffuse_share;
-    };
-
     let Ahead { hits, lights } = Ahead::new(scene, &paths, vertices > scene.depth);
     for (path, light) in paths.iter().zip(lights) {
-        add(path, light, path.diffuse_share);
+        let exposure = &mut exposures[path.index];
+        exposure.radiance += path.throughput * (light - path.promised);
+        exposure.diffuse += path.throughput * light * path.diffuse_share;
     }
     clock.lap(if is_first { Stage::FirstHit } else { Stage::NextHit });
 
@@ -159,7 +159,10 @@ fn advance(
         }
         let path = &arrived[lit.vertex];
         let share = if is_first { lobes.diffuse_share() } else { path.diffuse_share };
-        add(path, lobes.diffuse + lobes.other, share);
+        let exposure = &mut exposures[path.index];
+        let light = path.throughput * (lobes.diffuse + lobes.other);
+        exposure.radiance += light;
+        exposure.diffuse += light * share;
     }
     clock.lap(Stage::Shadow);
     if has_layers {
@@ -176,8 +179,10 @@ fn advance(
             if is_first {
                 path.diffuse_share = bounce.diffuse_share;
             }
+            exposures[path.index].radiance += path.throughput * bounce.all_promised;
+            path.promised = bounce.promised;
             path.throughput *= bounce.weight;
-            path.choice = Some(vertex.choice(bounce.density));
+            path.choice = Some(vertex.choice(scene, bounce.density));
             if vertices >= SURE_VERTICES {
                 let survival = path.throughput.max_element().min(1.0);
                 if path.sample.next_1d() >= survival {

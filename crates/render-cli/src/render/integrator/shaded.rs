@@ -19,16 +19,6 @@ impl Scattering<'_> {
         self.pdf.len()
     }
 
-    /// Those of `range` alone.
-    #[inline]
-    pub(super) fn some(&self, range: Range<usize>) -> Scattering<'_> {
-        Scattering {
-            specular: self.specular.map(|part| &part[range.clone()]),
-            diffuse: self.diffuse.map(|part| &part[range.clone()]),
-            pdf: &self.pdf[range],
-        }
-    }
-
     /// The density of the direction if any of the places may have drawn it, sr⁻¹.
     #[inline]
     pub(super) fn density(&self) -> f32 {
@@ -40,6 +30,19 @@ impl Scattering<'_> {
     pub(super) fn sums(&self) -> [Vec3; 2] {
         [self.diffuse, self.specular]
             .map(|lobe| Vec3::from_array(lobe.map(|part| part.iter().sum())))
+    }
+
+    /// The sums of both lobes, diffuse and specular, each place weighed by what `weight` makes of its density.
+    #[inline]
+    pub(super) fn weighed(&self, weight: impl Fn(f32) -> f32) -> [Vec3; 2] {
+        let mut sums = [Vec3::ZERO; 2];
+        for (k, &pdf) in self.pdf.iter().enumerate() {
+            let weight = weight(pdf);
+            for (sum, lobe) in sums.iter_mut().zip([self.diffuse, self.specular]) {
+                *sum += Vec3::from_array(lobe.map(|part| part[k])) * weight;
+            }
+        }
+        sums
     }
 }
 

@@ -3,7 +3,7 @@
 mod bounce;
 mod scattering;
 
-use glam::{Mat3, Vec3};
+use glam::{DVec2, Mat3, Vec2, Vec3};
 use selvedge_yarn_brdf::Shader;
 
 pub(super) use self::{bounce::bounces, scattering::scattering};
@@ -24,6 +24,10 @@ use crate::{
 
 /// Least share of a cloth that is not gaps where one of its threads was hit.
 const LEAST_COVER: f32 = 1e-3;
+
+/// Steps between the squares by which one light is drawn several times: those of the generalised golden ratio, by
+/// which few points are spread evenly in two dimensions (Roberts 2018).
+const STEPS: Vec2 = Vec2::new(0.754_877_7, 0.569_840_3);
 
 /// Something of each lobe of a surface.
 #[derive(Clone, Copy, Debug, Default)]
@@ -106,15 +110,20 @@ impl<'a> Vertex<'a> {
                     Scatterer::FarCloth(shader, footprint, cover.max(LEAST_COVER))
                 } else {
                     let cells = shader.cells(deviation);
-                    let is_shared = Drawing::of(scene).is_alone;
+                    let lights = &scene.lights;
+                    let draws = if footprint::is_narrow(cells) {
+                        lights.draws()
+                    } else {
+                        lights.looked_at()
+                    };
                     let footprint = if let Some(bundle) = beam.bundle {
                         let centre = point.uv + cast.offset(bundle.middle, hit.t);
                         let axes = axes.map(|axis| axis * (bundle.spread / beam.spread));
-                        Footprint::new(centre, axes, cells, is_shared, sample.start())
+                        Footprint::new(centre, axes, cells, draws, sample.start())
                     } else {
                         let start =
                             sample.next_2d().to_array().map(|x| (x * 4_294_967_296.0) as u32);
-                        Footprint::new(point.uv, axes, cells, is_shared, start)
+                        Footprint::new(point.uv, axes, cells, draws, start)
                     };
                     Scatterer::Cloth(shader, footprint)
                 }
@@ -142,8 +151,16 @@ impl<'a> Vertex<'a> {
     }
 
     /// Of a direction with this density, sr⁻¹.
-    pub(super) fn choice(&self, density: f32) -> Choice {
-        Choice { density, is_rough: self.is_rough() }
+    pub(super) fn choice(&self, scene: &Scene, density: f32) -> Choice {
+        Choice { density: density / self.repeats(scene) as f32, is_rough: self.is_rough() }
+    }
+
+    /// How often it draws each light that it looks at: the only one, or all once.
+    fn repeats(&self, scene: &Scene) -> usize {
+        match &self.scatterer {
+            Scatterer::Cloth(_, footprint) if scene.lights.looked_at() == 1 => footprint.draws(),
+            _ => 1,
+        }
     }
 
     /// Adds light from each of the lights that the vertex, whose index is `vertex`, looks at, if it is in
@@ -152,24 +169,29 @@ impl<'a> Vertex<'a> {
     /// They light the places of cloth [in turn](Footprint::in_turn): so many places in the light of all have less noise
     /// than all in the light of one, and take as long.
     fn draw_lights(&self, vertex: usize, scene: &Scene, sample: &mut Sample, lit: &mut Vec<Lit>) {
-        let square = sample.next_2d().into();
+        let square = sample.next_2d();
+        let repeats = self.repeats(scene);
         let is_rough = self.is_rough();
         for index in scene.lights.draw(|| sample.next_1d()) {
             let light = &scene.lights.as_slice()[index];
             let is_only_drawn = is_rough && light.is_narrow();
-            let Some(light) = light.sample(self.point.position, &square) else { continue };
-            let wi = self.frame.transpose() * light.direction;
-            let expected = scene.lights.expected(index);
-            if self.is_in_front(wi, light.direction) {
-                lit.push(Lit {
-                    vertex,
-                    light: index,
-                    wi,
-                    direction: light.direction,
-                    distance: light.distance,
-                    density: if is_only_drawn { f32::INFINITY } else { light.density * expected },
-                    weight: wi.z.abs() * light.irradiance / expected,
-                });
+            let expected = scene.lights.expected(index) * repeats as f32;
+            for k in 0..repeats {
+                let square = (square + STEPS * k as f32).fract().into();
+                let Some(light) = light.sample(self.point.position, &square) else { continue };
+                let wi = self.frame.transpose() * light.direction;
+                let density = if is_only_drawn { f32::INFINITY } else { light.density * expected };
+                if self.is_in_front(wi, light.direction) {
+                    lit.push(Lit {
+                        vertex,
+                        light: index,
+                        wi,
+                        direction: light.direction,
+                        distance: light.distance,
+                        density,
+                        weight: wi.z.abs() * light.irradiance / expected,
+                    });
+                }
             }
         }
     }
@@ -251,31 +273,51 @@ pub(super) fn lights<'a>(
 /// How the places of a vertex on cloth draw ways on.
 #[derive(Clone, Copy)]
 struct Drawing {
-    /// Most [groups](footprint::groups) that they are shared out among, each of which draws a direction.
-    groups: usize,
-    /// Whether a direction is the work of the one place that drew it, as where several lights share the places out
-    /// between them. Else all of the group might have drawn it.
+    /// Directions that are drawn, at most; fewer where they cannot be shared evenly by the places.
+    directions: usize,
+    /// Whether a direction is the work of the one place that drew it. Else any of the places might have drawn it.
     is_alone: bool,
 }
 
+/// Most directions that a vertex draws.
+const MOST_DIRECTIONS: usize = 8;
+
 impl Drawing {
-    /// Of what is found along rays alone, several directions tell much more than one; where every light is
-    /// drawn, too, they take more time than they save.
-    fn of(scene: &Scene) -> Self {
-        let groups = if scene.lights.has_sky() { POINTS } else { 1 };
-        Self { groups, is_alone: scene.lights.looked_at() > 1 }
+    fn of(scene: &Scene, footprint: &Footprint) -> Self {
+        let directions = Self::directions(scene);
+        Self { directions, is_alone: directions > 1 || footprint.draws() > 1 }
+    }
+
+    /// Most directions that a vertex of the `scene` draws.
+    ///
+    /// Of what is found along rays alone, several tell much more than one; where every light is drawn, too, they take
+    /// more time than they save.
+    fn directions(scene: &Scene) -> usize {
+        if scene.lights.has_sky() { MOST_DIRECTIONS } else { 1 }
+    }
+
+    /// Where each direction is drawn, from place number `first` of the `footprint` on: at each of them as many, or at
+    /// some of them one. If any is the first as likely, each draws as many on average.
+    fn places(self, footprint: &Footprint, first: usize) -> impl ExactSizeIterator<Item = DVec2> {
+        let places = footprint.places();
+        let count = places.len();
+        let (step, turns) = match self.directions {
+            most if count > most => (count.div_ceil(most), 1),
+            most => (1, most / count),
+        };
+        let drawn = count.div_ceil(step) * turns;
+        (0..drawn).map(move |k| places[(first + k / turns * step) % count])
     }
 
     /// The mean lobes of `places`, weighed by what `weight` makes of the density with which they draw.
     fn lobes(self, places: &Scattering<'_>, weight: impl Fn(f32) -> f32) -> Lobes {
-        let count = places.count() as f32;
-        let groups = footprint::groups(places.count(), self.groups).map(|group| {
-            let group = places.some(group);
-            let weight = weight(group.density()) / count;
-            group.sums().map(|sum| sum * weight)
-        });
-        let [diffuse, other] =
-            groups.fold([Vec3::ZERO; 2], |[diffuse, other], [d, o]| [diffuse + d, other + o]);
+        let count = (places.count() as f32).recip();
+        let [diffuse, other] = if self.is_alone {
+            places.weighed(|pdf| weight(pdf) * count)
+        } else {
+            let weight = weight(places.density()) * count;
+            places.sums().map(|sum| sum * weight)
+        };
         Lobes { diffuse, other }
     }
 }
@@ -288,5 +330,31 @@ fn facing_alike(mesh: &Mesh, hit: &Hit, wo_world: Vec3) -> SurfacePoint {
         point
     } else {
         SurfacePoint { normal: point.geometric_normal, ..point }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_draw_as_many_directions_on_average() {
+        for directions in [1, MOST_DIRECTIONS] {
+            let drawing = Drawing { directions, is_alone: true };
+            for count in 1..=16 {
+                // Of sixteen places, those that are in no gap.
+                let axes = [Vec2::X, Vec2::Y];
+                let mut footprint = Footprint::new(Vec2::ZERO, axes, DVec2::ONE, 1, [0; 2]);
+                footprint.keep(Vec2::ZERO, u16::MAX >> (16 - count));
+                let number = |place| footprint.places().iter().position(|own| *own == place);
+                let mut drawn = vec![0; count];
+                for first in 0..count {
+                    let places = drawing.places(&footprint, first);
+                    assert!((1..=directions).contains(&places.len()), "{directions} {count}");
+                    places.for_each(|place| drawn[number(place).expect("it is one")] += 1);
+                }
+                assert_eq!(drawn, vec![drawn[0]; count], "{directions} {count}");
+            }
+        }
     }
 }

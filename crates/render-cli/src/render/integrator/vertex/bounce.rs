@@ -1,14 +1,13 @@
 //! The way on from a surface.
 
-use std::{array, f32::consts::FRAC_1_PI, iter, ops::Range};
+use std::{array, f32::consts::FRAC_1_PI, iter};
 
 use glam::{DVec2, Vec3};
 use selvedge_normalize::warp::square_to_cosine_hemisphere;
 
-use super::{ClothPoints, Drawing, Lobes, Scatterer, Vertex};
+use super::{ClothPoints, Drawing, Lobes, MOST_DIRECTIONS, Scatterer, Vertex};
 use crate::{
     render::{
-        footprint::{self, MOST_POINTS, POINTS},
         integrator::{
             choice::{pick, weight},
             lights_ahead,
@@ -29,9 +28,13 @@ pub(in super::super) struct Bounce {
     pub(in super::super) density: f32,
     /// Of the weight, by the diffuse lobe; 0 if nobody asked.
     pub(in super::super) diffuse_share: Vec3,
+    /// Radiance along the direction of lights, if nothing is in their way.
+    pub(in super::super) promised: Vec3,
+    /// What all directions that were drawn bring if they keep what they promise, the one that is followed among them.
+    pub(in super::super) all_promised: Vec3,
 }
 
-/// Steps between the numbers by which the groups of a footprint draw: those of the generalised golden ratio,
+/// Steps between the numbers by which directions are drawn: those of the generalised golden ratio,
 /// by which few points are spread evenly in three dimensions (Roberts 2018).
 const STEPS: Vec3 = Vec3::new(0.819_172_5, 0.671_043_6, 0.549_700_5);
 
@@ -39,17 +42,15 @@ const STEPS: Vec3 = Vec3::new(0.819_172_5, 0.671_043_6, 0.549_700_5);
 /// expected along all directions that were drawn.
 const FROM_SURFACES: f32 = 0.25;
 
-/// A direction that a group of places of a vertex has drawn.
+/// One of the directions that a vertex has drawn.
 struct Candidate {
     /// Of the vertex.
     vertex: usize,
     /// Where it was drawn, uv in metres.
     place: DVec2,
-    /// The group that has drawn it.
-    group: Range<usize>,
     /// Unit, in the shading frame.
     wi: Vec3,
-    /// As if the vertex had no other group.
+    /// As if it were the only one.
     bounce: Bounce,
 }
 
@@ -58,23 +59,25 @@ impl Vertex<'_> {
     fn way_on(&self, wi: Vec3, weight: Vec3, density: f32, diffuse_share: Vec3) -> Option<Bounce> {
         let direction = (self.frame * wi).normalize();
         let goes_on = self.is_in_front(wi, direction);
-        goes_on.then_some(Bounce { direction, weight, density, diffuse_share })
+        let promised = Vec3::ZERO;
+        let all_promised = promised;
+        let bounce = Bounce { direction, weight, density, diffuse_share, promised, all_promised };
+        goes_on.then_some(bounce)
     }
 }
 
 /// A way on from each vertex, chosen by the numbers of its path; with the share of the diffuse lobe in
 /// it if `has_share`.
 ///
-/// At cloth, each [group](footprint::groups) of places draws a direction, and one of them is followed, most likely the
-/// one that brings most if nothing is in its way: under an open sky it stands for all of them without noise.
+/// Cloth draws as many directions as [`Drawing`] has it, and one of them is followed, most likely the one that brings most
+/// if nothing is in its way. What all of them would bring then counts at once, and of what the path finds, what differs.
 pub(in super::super) fn bounces<'a>(
     vertices: &[Vertex<'_>],
     samples: impl Iterator<Item = &'a mut Sample>,
     scene: &Scene,
     has_share: bool,
 ) -> Vec<Option<Bounce>> {
-    let drawing = Drawing::of(scene);
-    let mut draws = ClothPoints::new(vertices.len() * drawing.groups);
+    let mut draws = ClothPoints::new(vertices.len() * Drawing::directions(scene));
     let mut choices = vec![0.0; vertices.len()];
     let mut bounces: Vec<_> = vertices
         .iter()
@@ -88,17 +91,13 @@ pub(in super::super) fn bounces<'a>(
                 vertex.way_on(wi, *reflectance, density, Vec3::ONE)
             }
             Scatterer::Cloth(shader, footprint) => {
-                if drawing.groups > 1 {
-                    choices[index] = sample.next_1d();
-                }
-                let start = sample.next_1d();
-                let mut numbers = Vec3::from_array([(); 3].map(|()| sample.next_1d()));
-                let places = footprint.places();
-                for (k, group) in footprint::groups(places.len(), drawing.groups).enumerate() {
-                    let choice = (start + k as f32 / POINTS as f32).fract();
-                    let place = group.start + (choice * group.len() as f32) as usize;
-                    let place = places[place.min(group.end - 1)];
-                    let of = index * POINTS + k;
+                let turned = sample.next_1d() * footprint.places().len() as f32;
+                // Uniform whichever the first place is.
+                choices[index] = turned.fract();
+                let places = Drawing::of(scene, footprint).places(footprint, turned as usize);
+                let mut numbers = Vec3::from_array(sample.next_3d());
+                for (k, place) in places.enumerate() {
+                    let of = index * MOST_DIRECTIONS + k;
                     draws.push(of, shader, iter::once(place), [numbers, vertex.wo]);
                     numbers = (numbers + STEPS).fract();
                 }
@@ -137,30 +136,25 @@ pub(in super::super) fn bounces<'a>(
     bounces
 }
 
-/// The directions of `draws`, whose numbers are those of vertices times [`POINTS`] and of their groups.
+/// The directions of `draws`, whose numbers are those of vertices times [`MOST_DIRECTIONS`], and of their directions.
 fn candidates(vertices: &[Vertex<'_>], draws: &ClothPoints<'_>, scene: &Scene) -> Vec<Candidate> {
-    let drawing = Drawing::of(scene);
-    let mut candidates = Vec::with_capacity(vertices.len() * drawing.groups);
-    let mut groups = ClothPoints::new(vertices.len() * MOST_POINTS);
+    let mut candidates = Vec::with_capacity(vertices.len() * Drawing::directions(scene));
+    let mut others = ClothPoints::new(0);
     draws.samples(scene.tier, |of, place, sample| {
-        let vertex = &vertices[of / POINTS];
+        let (of, wi) = (of / MOST_DIRECTIONS, sample.wi);
+        let vertex = &vertices[of];
         let Scatterer::Cloth(shader, footprint) = &vertex.scatterer else { return };
-        let places = footprint.places();
-        let Some(group) = footprint::groups(places.len(), drawing.groups).nth(of % POINTS) else {
-            return;
-        };
-        let wi = sample.wi;
-        // Even if it is black: not all of the group need be.
+        // Even if it is black: not all places need be.
         let Some(bounce) = vertex.way_on(wi, sample.weight, sample.pdf, Vec3::ZERO) else { return };
-        if group.len() > 1 && !drawing.is_alone {
-            let places = places[group.clone()].iter().copied();
-            groups.push(candidates.len(), shader, places, [wi, vertex.wo]);
+        let places = footprint.places();
+        if places.len() > 1 && !Drawing::of(scene, footprint).is_alone {
+            others.push(candidates.len(), shader, places.iter().copied(), [wi, vertex.wo]);
         }
-        candidates.push(Candidate { vertex: of / POINTS, place, group, wi, bounce });
+        candidates.push(Candidate { vertex: of, place, wi, bounce });
     });
-    // Any of its places might have drawn the direction of a group, so all of them are asked what they scatter there:
+    // Any of the places might have drawn the direction, so all of them are asked what they scatter there:
     // that takes up to half the noise off what is found along it.
-    groups.scattering(scene.tier, |which, places| {
+    others.scattering(scene.tier, |which, places| {
         let Candidate { wi, bounce, .. } = &mut candidates[which];
         let density = places.density();
         let scale = wi.z.abs() / (density * places.count() as f32);
@@ -172,7 +166,7 @@ fn candidates(vertices: &[Vertex<'_>], draws: &ClothPoints<'_>, scene: &Scene) -
     candidates
 }
 
-/// One of the directions that the groups of `vertex` have drawn, chosen by `xi` in [0, 1).
+/// One of the directions that `vertex` has drawn, chosen by `xi` in [0, 1).
 fn follow(
     vertex: &Vertex<'_>,
     own: &[Candidate],
@@ -181,15 +175,17 @@ fn follow(
     has_share: bool,
 ) -> Option<Bounce> {
     let Scatterer::Cloth(shader, footprint) = &vertex.scatterer else { return None };
-    let part =
-        |candidate: &Candidate| candidate.group.len() as f32 / footprint.places().len() as f32;
+    let part = (Drawing::of(scene, footprint).places(footprint, 0).len() as f32).recip();
+    let mut lights = [Vec3::ZERO; MOST_DIRECTIONS];
     let (k, probability) = match own {
         [_] => (0, 1.0),
         _ => {
-            let promises = promises(vertex, own, scene).into_iter().zip(own);
-            pick(promises.map(|(promise, candidate)| part(candidate) * promise), 0.0, xi)?
+            lights = promised(vertex, own, scene);
+            pick(promises(own, &lights).into_iter().take(own.len()), 0.0, xi)?
         }
     };
+    let brought = own.iter().zip(lights).map(|(own, light)| own.bounce.weight * light * part);
+    let all_promised = brought.sum();
     let Candidate { place, wi, bounce, .. } = &own[k];
     let diffuse_share = if has_share {
         let f = shader.eval_lobes(*place, *wi, vertex.wo);
@@ -197,18 +193,23 @@ fn follow(
     } else {
         Vec3::ZERO
     };
-    let weight = bounce.weight * (part(&own[k]) / probability);
-    Some(Bounce { weight, diffuse_share, ..*bounce })
+    let weight = bounce.weight * (part / probability);
+    Some(Bounce { weight, diffuse_share, promised: lights[k], all_promised, ..*bounce })
 }
 
-/// What each of a vertex's directions most likely brings: of the lights along it, and of surfaces.
-fn promises(vertex: &Vertex<'_>, own: &[Candidate], scene: &Scene) -> [f32; POINTS] {
-    let lights: [Vec3; POINTS] = array::from_fn(|k| {
+/// The light of lights along each of the directions that `vertex` has drawn, if nothing is in its way.
+fn promised(vertex: &Vertex<'_>, own: &[Candidate], scene: &Scene) -> [Vec3; MOST_DIRECTIONS] {
+    array::from_fn(|k| {
         let Some(Candidate { bounce, .. }) = own.get(k) else { return Vec3::ZERO };
         // Only a guess: just where the ray starts matters little.
         let ray = Ray { origin: vertex.point.position, direction: bounce.direction };
-        lights_ahead(scene, &ray, Some(vertex.choice(bounce.density))).map(|(_, light)| light).sum()
-    });
+        let choice = vertex.choice(scene, bounce.density);
+        lights_ahead(scene, &ray, Some(choice)).map(|(_, light)| light).sum()
+    })
+}
+
+/// What each of a vertex's directions most likely brings, of the `lights` along it and of surfaces.
+fn promises(own: &[Candidate], lights: &[Vec3; MOST_DIRECTIONS]) -> [f32; MOST_DIRECTIONS] {
     let all: Vec3 = lights.iter().sum();
     let surfaces =
         if all == Vec3::ZERO { Vec3::ONE } else { all * (FROM_SURFACES / own.len() as f32) };

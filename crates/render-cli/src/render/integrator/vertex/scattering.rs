@@ -83,23 +83,27 @@ fn cloth_scattering(
     lobes: &mut [Lobes],
     mut each: impl FnMut(usize, u16),
 ) -> Vec<usize> {
-    let drawing = Drawing::of(scene);
-    let mut cloth = ClothPoints::new(vertices.len() * MOST_POINTS);
+    // Of single draws, and of several that share the places of a footprint.
+    let mut cloth = [0, 1].map(|_| ClothPoints::new(vertices.len() * MOST_POINTS));
     for first in firsts {
         let lit = of_vertex(lit, first);
         let Vertex { scatterer, wo, .. } = &vertices[lit[0].vertex];
         if let Scatterer::Cloth(shader, footprint) = scatterer {
             let places = footprint.in_turn(lit.len());
-            cloth.push_in_turn(first, shader, places, &sharing(lit), *wo);
+            cloth[usize::from(footprint.draws() > 1)].push_in_turn(
+                first,
+                shader,
+                places,
+                &sharing(lit),
+                *wo,
+            );
         }
     }
     let mut missed = Vec::new();
-    let wanted = match (drawing.is_alone, scene.lights.are_narrow()) {
-        (false, _) => Wanted::Density,
-        (true, false) => Wanted::Guided,
-        (true, true) => Wanted::Lit,
-    };
-    for mut shaded in cloth.shade(scene.tier, wanted) {
+    let [single, several] = cloth;
+    let guided = if scene.lights.are_narrow() { Wanted::Lit } else { Wanted::Guided };
+    let single = single.shade(scene.tier, Wanted::Density);
+    for mut shaded in single.chain(several.shade(scene.tier, guided)) {
         for (first, places) in shaded.owners() {
             let lit = of_vertex(lit, first);
             let is_cloth = shaded.cloth(places.clone());
@@ -108,15 +112,15 @@ fn cloth_scattering(
                 continue;
             }
             let vertex = lit[0].vertex;
-            if let Scatterer::Cloth(_, footprint) = &vertices[vertex].scatterer {
-                each(vertex, footprint.bits(is_cloth));
-            }
+            let Scatterer::Cloth(_, footprint) = &vertices[vertex].scatterer else { continue };
+            each(vertex, footprint.bits(is_cloth));
             let lobes = &mut lobes[first..][..lit.len()];
-            if drawing.is_alone {
+            if footprint.draws() > 1 {
                 share(lit, &shaded, places, is_cloth.count_ones(), scene, lobes);
             } else {
                 let density = lit[0].density;
                 let weight = |pdf| weight_of_light(scene, density, pdf);
+                let drawing = Drawing::of(scene, footprint);
                 lobes[0] = drawing.lobes(&shaded.keep_cloth(places), weight);
             }
         }
