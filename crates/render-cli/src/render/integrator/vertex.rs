@@ -169,17 +169,18 @@ impl<'a> Vertex<'a> {
     /// They light the places of cloth [in turn](Footprint::in_turn): so many places in the light of all have less noise
     /// than all in the light of one, and take as long.
     fn draw_lights(&self, vertex: usize, scene: &Scene, sample: &mut Sample, lit: &mut Vec<Lit>) {
-        let square = sample.next_2d();
+        let first = sample.next_2d();
         let repeats = self.repeats(scene);
         let is_rough = self.is_rough();
-        for index in scene.lights.draw(|| sample.next_1d()) {
-            let light = &scene.lights.as_slice()[index];
-            let is_only_drawn = is_rough && light.is_narrow();
-            let expected = scene.lights.expected(index) * repeats as f32;
-            for k in 0..repeats {
-                let square = (square + STEPS * k as f32).fract().into();
+        for k in 0..repeats {
+            // Shared by all lights.
+            let square = (first + STEPS * k as f32).fract().into();
+            for index in scene.lights.draw(|| sample.next_1d()) {
+                let light = &scene.lights.as_slice()[index];
+                let is_only_drawn = is_rough && light.is_narrow();
                 let Some(light) = light.sample(self.point.position, &square) else { continue };
                 let wi = self.frame.transpose() * light.direction;
+                let expected = scene.lights.expected(index) * repeats as f32;
                 let density = if is_only_drawn { f32::INFINITY } else { light.density * expected };
                 if self.is_in_front(wi, light.direction) {
                     lit.push(Lit {
