@@ -39,7 +39,10 @@ pub struct Bundle {
 /// Points spread over the place where a beam meets cloth.
 #[derive(Clone, Copy, Debug)]
 pub struct Footprint {
-    places: [DVec2; MOST_POINTS],
+    /// uv in metres.
+    middle: DVec2,
+    /// From there, metres: in half the room of places.
+    offsets: [Vec2; MOST_POINTS],
     count: usize,
     draws: usize,
 }
@@ -78,42 +81,43 @@ impl Footprint {
         draws: usize,
         start: [u32; 2],
     ) -> Self {
-        let centre = centre.as_dvec2();
-        let place = |point: Vec2| centre + (a * point.x + b * point.y).as_dvec2();
-        let mut places = [DVec2::ZERO; MOST_POINTS];
+        let offset = |point: Vec2| a * point.x + b * point.y;
+        let mut offsets = [Vec2::ZERO; MOST_POINTS];
         // A number of points that is known where they are made takes fewer instructions.
         let count = match cells.max_element() {
             _ if draws > 1 && is_narrow(cells) && 8 % draws == 0 => {
-                fill(&mut places, gaussian_points::<8>(start).map(place))
+                fill(&mut offsets, gaussian_points::<8>(start).map(offset))
             }
             _ if draws > 1 && is_narrow(cells) => {
-                fill(&mut places, gaussian_points::<6>(start).map(place))
+                fill(&mut offsets, gaussian_points::<6>(start).map(offset))
             }
-            _ if draws > 1 => fill(&mut places, gaussian_points::<12>(start).map(place)),
-            _ if is_narrow(cells) => fill(&mut places, gaussian_points::<POINTS>(start).map(place)),
-            width if width < MORE => fill(&mut places, gaussian_points::<8>(start).map(place)),
-            _ => fill(&mut places, gaussian_points::<MOST_POINTS>(start).map(place)),
+            _ if draws > 1 => fill(&mut offsets, gaussian_points::<12>(start).map(offset)),
+            _ if is_narrow(cells) => {
+                fill(&mut offsets, gaussian_points::<POINTS>(start).map(offset))
+            }
+            width if width < MORE => fill(&mut offsets, gaussian_points::<8>(start).map(offset)),
+            _ => fill(&mut offsets, gaussian_points::<MOST_POINTS>(start).map(offset)),
         };
-        Self { places, count, draws }
+        Self { middle: centre.as_dvec2(), offsets, count, draws }
     }
 
     /// Forgets the points that are not cloth, but in a gap: those whose bits are 0. Where all are, `centre` stands for
     /// them.
     pub fn keep(&mut self, centre: Vec2, is_cloth: u16) {
-        let all = *self;
-        let bits = u16::MAX >> (MOST_POINTS - all.count);
+        let bits = u16::MAX >> (MOST_POINTS - self.count);
         if is_cloth & bits == bits {
             return;
         }
+        let all = self.count;
         self.count = 0;
-        for (k, &place) in all.places().iter().enumerate() {
+        for k in 0..all {
             if is_cloth >> k & 1 != 0 {
-                self.places[self.count] = place;
+                self.offsets[self.count] = self.offsets[k];
                 self.count += 1;
             }
         }
         if self.count == 0 {
-            (self.places[0], self.count) = (centre.as_dvec2(), 1);
+            (self.middle, self.offsets[0], self.count) = (centre.as_dvec2(), Vec2::ZERO, 1);
         }
     }
 
@@ -124,7 +128,7 @@ impl Footprint {
         let count = self.count;
         // Mostly none is looked at twice.
         (0..among * count.div_ceil(among))
-            .map(move |k| self.places[if k < count { k } else { k % count }])
+            .map(move |k| self.place(if k < count { k } else { k % count }))
     }
 
     /// The bits of the points, given those of as many that are looked at [in turn](Self::in_turn).
@@ -143,9 +147,23 @@ impl Footprint {
         self.draws
     }
 
-    /// The points, at least one: uv in metres.
-    pub fn places(&self) -> &[DVec2] {
-        &self.places[..self.count]
+    /// How many points there are, at least one.
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// Point `k`, uv in metres.
+    ///
+    /// # Panics
+    ///
+    /// If there could never be so many.
+    pub fn place(&self, k: usize) -> DVec2 {
+        self.middle + self.offsets[k].as_dvec2()
+    }
+
+    /// The points: uv in metres.
+    pub fn places(&self) -> impl ExactSizeIterator<Item = DVec2> {
+        self.offsets[..self.count].iter().map(|offset| self.middle + offset.as_dvec2())
     }
 }
 
@@ -198,8 +216,8 @@ pub fn is_narrow(cells: DVec2) -> bool {
 }
 
 /// Puts `points` first, and returns how many they are.
-fn fill<const COUNT: usize>(places: &mut [DVec2; MOST_POINTS], points: [DVec2; COUNT]) -> usize {
-    places[..COUNT].copy_from_slice(&points);
+fn fill<const COUNT: usize>(offsets: &mut [Vec2; MOST_POINTS], points: [Vec2; COUNT]) -> usize {
+    offsets[..COUNT].copy_from_slice(&points);
     COUNT
 }
 
@@ -257,9 +275,9 @@ mod tests {
         let count = |cells: DVec2, draws: usize| {
             let axes = [0.1 * Vec2::X, 0.1 * Vec2::Y];
             let footprint = Footprint::new(Vec2::ONE, axes, cells, draws, [u32::MAX; 2]);
-            let far = footprint.places().iter().map(|place| place.distance(DVec2::ONE));
+            let far = footprint.places().map(|place| place.distance(DVec2::ONE));
             assert!(far.fold(0.0, f64::max) > 0.1);
-            footprint.places().len()
+            footprint.count()
         };
         let counts = |draws| [0.0, 0.3, 0.4].map(|v| count(DVec2::new(0.1, v), draws));
         let expected = [[4, 8, 16], [6, 12, 12], [8, 12, 12], [6, 12, 12], [8, 12, 12]];
@@ -269,13 +287,13 @@ mod tests {
 
     #[test]
     fn points_in_gaps_do_not_count() {
-        let places = [[1.0, 1.0], [-1.0, 1.0], [2.0, 1.0], [0.0, 0.0]].map(DVec2::from_array);
+        let places = [[1.0, 1.0], [-1.0, 1.0], [2.0, 1.0], [0.0, 0.0]].map(Vec2::from_array);
         let mean = |is_cloth: u16| {
-            let mut footprint = Footprint { places: [DVec2::NAN; MOST_POINTS], count: 4, draws: 1 };
-            footprint.places[..4].copy_from_slice(&places);
+            let mut offsets = [Vec2::NAN; MOST_POINTS];
+            offsets[..4].copy_from_slice(&places);
+            let mut footprint = Footprint { middle: DVec2::ZERO, offsets, count: 4, draws: 1 };
             footprint.keep(Vec2::Y, is_cloth);
-            let places = footprint.places();
-            places.iter().sum::<DVec2>() / places.len() as f64
+            footprint.places().sum::<DVec2>() / footprint.count() as f64
         };
         assert_eq!(mean(0b0101), DVec2::new(1.5, 1.0));
         assert_eq!(mean(0b1111), DVec2::new(0.5, 0.75));
@@ -284,11 +302,10 @@ mod tests {
 
     #[test]
     fn lights_look_at_all_points_in_turn() {
+        let offsets = std::array::from_fn(|k| Vec2::splat(k as f32));
+        let of = |count| Footprint { middle: DVec2::ZERO, offsets, count, draws: 1 };
         for count in 1..=12 {
-            let mut footprint = Footprint { places: [DVec2::ZERO; MOST_POINTS], count, draws: 1 };
-            for (k, place) in footprint.places.iter_mut().enumerate() {
-                place.x = k as f64;
-            }
+            let footprint = of(count);
             for among in 1..=8 {
                 let places: Vec<_> =
                     footprint.in_turn(among).map(|place| place.x as usize).collect();
@@ -302,9 +319,7 @@ mod tests {
                 assert!(again.iter().all(|&place| place < count));
             }
         }
-        let footprint =
-            Footprint { places: [DVec2::ZERO; MOST_POINTS], count: MOST_POINTS, draws: 1 };
-        assert_eq!(footprint.bits(0x8001), 0x8001);
+        assert_eq!(of(MOST_POINTS).bits(0x8001), 0x8001);
     }
 
     #[test]

@@ -127,27 +127,28 @@ fn advance(
     clock.lap(if is_first { Stage::FirstHit } else { Stage::NextHit });
 
     sampler::prepare(paths.iter_mut().map(|path| &mut path.sample), VERTEX);
-    let (mut arrived, mut met) = (Vec::with_capacity(paths.len()), Vec::with_capacity(paths.len()));
-    for (mut path, hit) in paths.into_iter().zip(hits) {
-        let Some(hit) = hit else { continue };
+    let mut met = Vec::with_capacity(paths.len());
+    let mut hits = hits.into_iter();
+    paths.retain_mut(|path| {
+        let Some(hit) = hits.next().flatten() else { return false };
         met.push(Vertex::new(scene, hit, &path.beam, &mut path.sample));
-        arrived.push(path);
-    }
+        true
+    });
     let [near, far] = vertex::shades(&met);
     scene.shades.add(near, far);
     clock.lap(Stage::Surface);
 
-    let samples = arrived.iter_mut().map(|path| &mut path.sample);
+    let samples = paths.iter_mut().map(|path| &mut path.sample);
     let lit = vertex::lights(&met, samples, scene);
     clock.lap(Stage::Light);
     let lobes = vertex::scattering(&mut met, &lit, scene);
     clock.lap(Stage::Scattering);
-    let mut chosen = Vec::with_capacity(arrived.len());
+    let mut chosen = Vec::with_capacity(paths.len());
     let mut rest = lobes.as_slice();
     for lit in lit.chunk_by(|a, b| a.vertex == b.vertex) {
         let (lobes, others) = rest.split_at(lit.len());
         rest = others;
-        chosen.extend(choice::choose(lit, lobes, arrived[lit[0].vertex].sample.next_1d()));
+        chosen.extend(choice::choose(lit, lobes, paths[lit[0].vertex].sample.next_1d()));
     }
     // Rays to one light go similar ways.
     chosen.sort_by_key(|(lit, _)| lit.light);
@@ -157,7 +158,7 @@ fn advance(
         if is_shadowed {
             continue;
         }
-        let path = &arrived[lit.vertex];
+        let path = &paths[lit.vertex];
         let share = if is_first { lobes.diffuse_share() } else { path.diffuse_share };
         let exposure = &mut exposures[path.index];
         let light = path.throughput * (lobes.diffuse + lobes.other);
@@ -166,39 +167,37 @@ fn advance(
     }
     clock.lap(Stage::Shadow);
     if has_layers {
-        for (path, vertex) in arrived.iter().zip(&met) {
+        for (path, vertex) in paths.iter().zip(&met) {
             exposures[path.index].first = Some(vertex.seen());
         }
     }
 
-    let samples = arrived.iter_mut().map(|path| &mut path.sample);
+    let samples = paths.iter_mut().map(|path| &mut path.sample);
     let bounces = vertex::bounces(&met, samples, scene, has_layers);
-    let on =
-        arrived.into_iter().zip(&met).zip(bounces).filter_map(|((mut path, vertex), bounce)| {
-            let bounce = bounce?;
-            if is_first {
-                path.diffuse_share = bounce.diffuse_share;
+    let mut ways = met.iter().zip(bounces);
+    paths.retain_mut(|path| {
+        let Some((vertex, Some(bounce))) = ways.next() else { return false };
+        if is_first {
+            path.diffuse_share = bounce.diffuse_share;
+        }
+        exposures[path.index].radiance += path.throughput * bounce.all_promised;
+        path.promised = bounce.promised;
+        path.throughput *= bounce.weight;
+        path.choice = Some(vertex.choice(scene, bounce.density));
+        if vertices >= SURE_VERTICES {
+            let survival = path.throughput.max_element().min(1.0);
+            if path.sample.next_1d() >= survival {
+                return false;
             }
-            exposures[path.index].radiance += path.throughput * bounce.all_promised;
-            path.promised = bounce.promised;
-            path.throughput *= bounce.weight;
-            path.choice = Some(vertex.choice(scene, bounce.density));
-            if vertices >= SURE_VERTICES {
-                let survival = path.throughput.max_element().min(1.0);
-                if path.sample.next_1d() >= survival {
-                    return None;
-                }
-                path.throughput /= survival;
-            }
-            let direction = bounce.direction;
-            let origin = vertex.leave(scene, direction);
-            path.beam =
-                Beam { ray: Ray { origin, direction }, spread: BOUNCE_SPREAD, bundle: None };
-            Some(path)
-        });
-    let on = on.collect();
+            path.throughput /= survival;
+        }
+        let direction = bounce.direction;
+        let origin = vertex.leave(scene, direction);
+        path.beam = Beam { ray: Ray { origin, direction }, spread: BOUNCE_SPREAD, bundle: None };
+        true
+    });
     clock.lap(Stage::Bounce);
-    on
+    paths
 }
 
 /// What the rays of paths meet.

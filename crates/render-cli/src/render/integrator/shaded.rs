@@ -129,6 +129,7 @@ impl<'a> Shaded<'a> {
 
     /// What the `lights` find at `all` places, which they look at in turn: each weighed by what `weight` makes of the
     /// density with which the light was found and that of the place.
+    #[inline(always)]
     pub(super) fn sums(
         &self,
         all: Range<usize>,
@@ -141,14 +142,14 @@ impl<'a> Shaded<'a> {
             let pdf = eight(&self.pdf, first);
             let weights: Eight = array::from_fn(|k| weight(lights.density[k], pdf[k]));
             for c in 0..3 {
-                add(&mut sums.diffuse[c], &weights, &eight(&self.diffuse[c], first));
-                add(&mut sums.specular[c], &weights, &eight(&self.specular[c], first));
+                add(&mut sums.diffuse[c], &weights, eight(&self.diffuse[c], first));
+                add(&mut sums.specular[c], &weights, eight(&self.specular[c], first));
             }
             if let Some(Guides { color, facing }) = &self.guides {
                 let facing = facing.each_ref().map(|part| eight(part, first));
-                let cos = cosines(&facing, &lights.wi);
+                let cos = cosines(facing, &lights.wi);
                 for (sums, color) in sums.own.iter_mut().zip(color) {
-                    add(sums, &cos, &eight(color, first));
+                    add(sums, &cos, eight(color, first));
                 }
             }
         }
@@ -161,10 +162,11 @@ impl<'a> Shaded<'a> {
 
 impl Guides {
     /// Adds what those of `places` tell of the directions `wi`, whose components these are.
+    #[inline(always)]
     fn add(&self, places: Range<usize>, wi: &[Eight; 3], sums: &mut [Eight; 3]) {
         for k in places {
             let facing = self.facing.each_ref().map(|part| [part[k]; MOST_DRAWN]);
-            let cos = cosines(&facing, wi);
+            let cos = cosines(facing.each_ref(), wi);
             for (sums, color) in sums.iter_mut().zip(&self.color) {
                 add(sums, &cos, &[color[k]; MOST_DRAWN]);
             }
@@ -174,8 +176,8 @@ impl Guides {
 
 /// The numbers from `first` on.
 #[inline(always)]
-fn eight(values: &[f32], first: usize) -> Eight {
-    *values[first..].first_chunk().expect("there is room behind the last place")
+fn eight(values: &[f32], first: usize) -> &Eight {
+    values[first..].first_chunk().expect("there is room behind the last place")
 }
 
 /// Adds the products of `a` and `b`.
@@ -188,7 +190,7 @@ fn add(sums: &mut Eight, a: &Eight, b: &Eight) {
 
 /// The products of vectors, 0 where they are less.
 #[inline(always)]
-fn cosines([ax, ay, az]: &[Eight; 3], [bx, by, bz]: &[Eight; 3]) -> Eight {
+fn cosines([ax, ay, az]: [&Eight; 3], [bx, by, bz]: &[Eight; 3]) -> Eight {
     array::from_fn(|k| (ax[k] * bx[k] + ay[k] * by[k] + az[k] * bz[k]).max(0.0))
 }
 

@@ -77,10 +77,6 @@ pub(super) struct Vertex<'a> {
 }
 
 /// A material at a point.
-#[expect(
-    clippy::large_enum_variant,
-    reason = "most are cloth, and to allocate takes more time than room"
-)]
 enum Scatterer<'a> {
     Matte(Vec3),
     Cloth(&'a Shader, Footprint),
@@ -210,11 +206,10 @@ impl<'a> Vertex<'a> {
             Scatterer::Matte(reflectance) => (*reflectance, self.frame.x_axis, None),
             Scatterer::Cloth(shader, footprint) => {
                 // A few tell it almost as well as all: it depends on the lie of the yarn, but has no highlights.
-                let places = footprint.places();
-                let places = places.iter().step_by(places.len().div_ceil(POINTS));
+                let places = footprint.places().step_by(footprint.count().div_ceil(POINTS));
                 let count = places.len() as f32;
-                let albedo: Vec3 = places.map(|&place| shader.albedo(place, self.wo)).sum();
-                let yarn = shader.yarn_at(footprint.places()[0]);
+                let albedo: Vec3 = places.map(|place| shader.albedo(place, self.wo)).sum();
+                let yarn = shader.yarn_at(footprint.place(0));
                 let tangent = yarn.map_or(Vec3::X, |yarn| yarn.tangent.as_vec3());
                 let yarn = yarn.map(|yarn| YarnSeen {
                     id: (yarn.segment.line as u32) << 1 | u32::from(yarn.segment.is_warp),
@@ -300,14 +295,13 @@ impl Drawing {
     /// Where each direction is drawn, from place number `first` of the `footprint` on: at each of them as many, or at
     /// some of them one. If any is the first as likely, each draws as many on average.
     fn places(self, footprint: &Footprint, first: usize) -> impl ExactSizeIterator<Item = DVec2> {
-        let places = footprint.places();
-        let count = places.len();
+        let count = footprint.count();
         let (step, turns) = match self.directions {
             most if count > most => (count.div_ceil(most), 1),
             most => (1, most / count),
         };
         let drawn = count.div_ceil(step) * turns;
-        (0..drawn).map(move |k| places[(first + k / turns * step) % count])
+        (0..drawn).map(move |k| footprint.place((first + k / turns * step) % count))
     }
 
     /// The mean lobes of `places`, weighed by what `weight` makes of the density with which they draw.
@@ -347,7 +341,7 @@ mod tests {
                 let axes = [Vec2::X, Vec2::Y];
                 let mut footprint = Footprint::new(Vec2::ZERO, axes, DVec2::ONE, 1, [0; 2]);
                 footprint.keep(Vec2::ZERO, u16::MAX >> (16 - count));
-                let number = |place| footprint.places().iter().position(|own| *own == place);
+                let number = |place| footprint.places().position(|own| own == place);
                 let mut drawn = vec![0; count];
                 for first in 0..count {
                     let places = drawing.places(&footprint, first);

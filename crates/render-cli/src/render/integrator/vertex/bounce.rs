@@ -91,7 +91,7 @@ pub(in super::super) fn bounces<'a>(
                 vertex.way_on(wi, *reflectance, density, Vec3::ONE)
             }
             Scatterer::Cloth(shader, footprint) => {
-                let turned = sample.next_1d() * footprint.places().len() as f32;
+                let turned = sample.next_1d() * footprint.count() as f32;
                 // Uniform whichever the first place is.
                 choices[index] = turned.fract();
                 let places = Drawing::of(scene, footprint).places(footprint, turned as usize);
@@ -146,9 +146,8 @@ fn candidates(vertices: &[Vertex<'_>], draws: &ClothPoints<'_>, scene: &Scene) -
         let Scatterer::Cloth(shader, footprint) = &vertex.scatterer else { return };
         // Even if it is black: not all places need be.
         let Some(bounce) = vertex.way_on(wi, sample.weight, sample.pdf, Vec3::ZERO) else { return };
-        let places = footprint.places();
-        if places.len() > 1 && !Drawing::of(scene, footprint).is_alone {
-            others.push(candidates.len(), shader, places.iter().copied(), [wi, vertex.wo]);
+        if footprint.count() > 1 && !Drawing::of(scene, footprint).is_alone {
+            others.push(candidates.len(), shader, footprint.places(), [wi, vertex.wo]);
         }
         candidates.push(Candidate { vertex: of, place, wi, bounce });
     });

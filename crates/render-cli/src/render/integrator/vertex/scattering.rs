@@ -2,6 +2,7 @@
 
 use std::{f32::consts::FRAC_1_PI, ops::Range};
 
+use fearless_simd::{Level, Simd, dispatch};
 use glam::Vec3;
 
 use super::{
@@ -28,7 +29,7 @@ pub(in super::super) fn scattering(
         .iter()
         .map(|lit| {
             let vertex = &vertices[lit.vertex];
-            let balance = |pdf| weight_of_light(scene, lit.density, pdf);
+            let balance = |pdf| weight_of_light(scene.estimator, lit.density, pdf);
             match &vertex.scatterer {
                 Scatterer::Matte(reflectance) => {
                     let balance = balance(lit.wi.z.abs() * FRAC_1_PI);
@@ -85,26 +86,26 @@ fn cloth_scattering(
 ) -> Vec<usize> {
     // Of single draws, and of several that share the places of a footprint.
     let mut cloth = [0, 1].map(|_| ClothPoints::new(vertices.len() * MOST_POINTS));
+    let mut asked = Vec::with_capacity(vertices.len());
     for first in firsts {
         let lit = of_vertex(lit, first);
         let Vertex { scatterer, wo, .. } = &vertices[lit[0].vertex];
         if let Scatterer::Cloth(shader, footprint) = scatterer {
             let places = footprint.in_turn(lit.len());
-            cloth[usize::from(footprint.draws() > 1)].push_in_turn(
-                first,
-                shader,
-                places,
-                &sharing(lit),
-                *wo,
-            );
+            let lights = sharing(lit);
+            let cloth = &mut cloth[usize::from(footprint.draws() > 1)];
+            cloth.push_in_turn(asked.len(), shader, places, &lights, *wo);
+            asked.push((first, lights));
         }
     }
     let mut missed = Vec::new();
+    let level = Level::new();
     let [single, several] = cloth;
     let guided = if scene.lights.are_narrow() { Wanted::Lit } else { Wanted::Guided };
     let single = single.shade(scene.tier, Wanted::Density);
     for mut shaded in single.chain(several.shade(scene.tier, guided)) {
-        for (first, places) in shaded.owners() {
+        for (index, places) in shaded.owners() {
+            let (first, ref lights) = asked[index];
             let lit = of_vertex(lit, first);
             let is_cloth = shaded.cloth(places.clone());
             if is_cloth == 0 {
@@ -116,10 +117,18 @@ fn cloth_scattering(
             each(vertex, footprint.bits(is_cloth));
             let lobes = &mut lobes[first..][..lit.len()];
             if footprint.draws() > 1 {
-                share(lit, &shaded, places, is_cloth.count_ones(), scene, lobes);
+                let count = is_cloth.count_ones();
+                let estimator = scene.estimator;
+                let [diffuse, other] = dispatch!(
+                    level, simd => share(simd, &shaded, places, lights, count, estimator)
+                );
+                for (k, lobes) in lobes.iter_mut().enumerate() {
+                    let of = |lobe: &[Eight; 3]| Vec3::from_array(lobe.each_ref().map(|c| c[k]));
+                    *lobes = Lobes { diffuse: of(&diffuse), other: of(&other) };
+                }
             } else {
                 let density = lit[0].density;
-                let weight = |pdf| weight_of_light(scene, density, pdf);
+                let weight = |pdf| weight_of_light(scene.estimator, density, pdf);
                 let drawing = Drawing::of(scene, footprint);
                 lobes[0] = drawing.lobes(&shaded.keep_cloth(places), weight);
             }
@@ -141,37 +150,49 @@ fn sharing(lit: &[Lit]) -> Sharing {
     sharing
 }
 
-/// Sets the lobes that each of the lights of a vertex would have found at all its `places`, estimated from what it finds
-/// at its own share of them. `count` of them are in no gap.
+/// The lobes, diffuse and other, that each of the `lights` of a vertex would have found at all its `places`, estimated from
+/// what it finds at its own share of them. `count` of them are in no gap.
 ///
 /// What it would find of the diffuse at the places of the others their guides tell nearly: the mean of that over all
 /// places less that over its own share takes off what the choice of the share adds to the noise, and nothing on average:
 /// a control variate (Hammersley & Handscomb 1964, section 5.5).
-fn share(
-    lit: &[Lit],
+///
+/// Light beside light: plain loops over what the compiler finds to be lanes.
+#[inline(always)]
+fn share<S: Simd>(
+    _: S,
     shaded: &Shaded<'_>,
     places: Range<usize>,
+    lights: &Sharing,
     count: u32,
-    scene: &Scene,
-    lobes: &mut [Lobes],
-) {
-    let lights = sharing(lit);
-    let sums = shaded.sums(places, &lights, |found, pdf| weight_of_light(scene, found, pdf));
+    estimator: Estimator,
+) -> [[Eight; 3]; 2] {
+    let sums = shaded.sums(
+        places,
+        lights,
+        #[inline(always)]
+        |found, pdf| weight_of_light(estimator, found, pdf),
+    );
     // Not by what is cloth in one share: places beside gaps would count for more than others.
-    let (part, whole) = (lit.len() as f32 / count as f32, (count as f32).recip());
-    for (k, (lit, lobes)) in lit.iter().zip(lobes).enumerate() {
-        let of = |sums: &[Eight; 3]| Vec3::from_array(sums.each_ref().map(|sum| sum[k]));
+    let (part, whole) = (lights.count as f32 / count as f32, (count as f32).recip());
+    let [mut diffuse, mut other] = [[[0.0; MOST_DRAWN]; 3]; 2];
+    for k in 0..MOST_DRAWN {
         // By a weight that does not depend on the places, which would make it more than noise.
-        let weight = weight_of_light(scene, lit.density, lit.wi.z.abs() * FRAC_1_PI);
-        lobes.other = of(&sums.specular) * part;
-        lobes.diffuse =
-            (of(&sums.diffuse) - of(&sums.own) * weight) * part + of(&sums.all) * (weight * whole);
+        let cosine = lights.wi[2][k].abs();
+        let weight = weight_of_light(estimator, lights.density[k], cosine * FRAC_1_PI);
+        for c in 0..3 {
+            other[c][k] = sums.specular[c][k] * part;
+            diffuse[c][k] = (sums.diffuse[c][k] - sums.own[c][k] * weight) * part
+                + sums.all[c][k] * (weight * whole);
+        }
     }
+    [diffuse, other]
 }
 
 /// The share of a light that was found with the density `found` where directions are drawn with `pdf`.
-fn weight_of_light(scene: &Scene, found: f32, pdf: f32) -> f32 {
-    match scene.estimator {
+#[inline(always)]
+fn weight_of_light(estimator: Estimator, found: f32, pdf: f32) -> f32 {
+    match estimator {
         Estimator::Both => balance(found, pdf),
         Estimator::Lights | Estimator::Directions => 1.0,
     }
@@ -186,7 +207,7 @@ fn close_gaps(vertices: &mut [Vertex<'_>], mut is_cloth: Vec<u16>) {
             && is_cloth[index] == 0
         {
             if shader.has_gaps() {
-                cloth.push_places(index, shader, footprint.places().iter().copied());
+                cloth.push_places(index, shader, footprint.places());
             } else {
                 is_cloth[index] = u16::MAX;
             }
