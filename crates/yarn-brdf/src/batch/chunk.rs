@@ -164,14 +164,21 @@ fn highlights<S: Simd, B: Blocks<S>>(
 
 impl Shader {
     /// Sets the places of `points`.
-    #[inline(always)]
+    ///
+    /// Not inlined: it is most of the code of a batch, for each set of instructions.
+    #[inline(never)]
     pub(super) fn find_all<S: Simd>(&self, simd: S, points: &Batch<'_>, chunk: &mut Chunk) {
-        let rest = Rest::new(points);
-        let rest = rest.batch();
-        for first in (0..points.len()).step_by(LANES) {
-            let block = Block::new(points, first, &rest);
-            self.find(simd, &block, first, chunk);
-        }
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let rest = Rest::new(points);
+                let rest = rest.batch();
+                for first in (0..points.len()).step_by(LANES) {
+                    let block = Block::new(points, first, &rest);
+                    self.find(simd, &block, first, chunk);
+                }
+            },
+        );
     }
 
     /// Sets what is `wanted` of `points`, but of those that are apart.
@@ -300,8 +307,7 @@ impl Shader {
 
     /// Draws directions.
     ///
-    /// Not inlined, as those that follow: they are most of the code of a batch, for each set of
-    /// instructions.
+    /// Not inlined, as those that follow: they are most of the rest.
     #[inline(never)]
     fn draw_piece<S: Simd>(
         &self,
