@@ -1,5 +1,6 @@
 //! What the shading of one type of yarn needs, worked out once.
 
+use core::cell::RefCell;
 use core::f64::consts::PI;
 use std::sync::Arc;
 
@@ -139,6 +140,7 @@ impl Materials {
         tables: &mut Tables<'_>,
     ) -> Result<Option<Self>, ClothError> {
         let mut materials = Self::default();
+        let scales = NormalScales::new(cloth);
         for (index, yarn) in cloth.yarns.iter().enumerate() {
             let of_yarn = |t: &&crate::texture::Textured| usize::from(t.yarn) == index;
             let textures: Vec<_> = cloth
@@ -187,8 +189,8 @@ impl Materials {
                 // Never looked at.
                 bent[0].1.clone()
             };
-            materials.single.push(material(cloth, yarn, &variants.grid, &bent, &straight));
-            materials.double.push(material(cloth, yarn, &variants.grid, &bent, &straight));
+            materials.single.push(material(&scales, yarn, &variants.grid, &bent, &straight));
+            materials.double.push(material(&scales, yarn, &variants.grid, &bent, &straight));
             materials.kinds.push(kind);
         }
         materials.side_by_side = SideBySide::new(&materials.single, &materials.kinds);
@@ -427,7 +429,7 @@ impl<R> Material<R> {
 }
 
 fn material<R: Scalar>(
-    cloth: &Cloth,
+    scales: &NormalScales<'_>,
     yarn: &Yarn,
     variants: &[Yarn],
     bent: &[(f64, Arc<Reflectance>, Yarn)],
@@ -439,11 +441,11 @@ fn material<R: Scalar>(
         let u_max_limit = (STEEPEST / limit).min(1.0).asin();
         let diffuse_scale = |variant: &Yarn| {
             let u_max = variant.u_max.min(u_max_limit);
-            yarn_normal_scale(&Yarn { u_max, ..variant.clone() }, is_straight, cloth)
+            scales.of(&Yarn { u_max, ..variant.clone() }, is_straight)
         };
         Piece {
             u_max_limit,
-            optics: Optics::new(yarn, is_straight, cloth.mapping),
+            optics: Optics::new(yarn, is_straight, scales.cloth.mapping),
             sampler: AzimuthSampler::new(&yarn.phase),
             reflectance: table.clone(),
             mean: Affine {
@@ -473,13 +475,35 @@ fn material<R: Scalar>(
     }
 }
 
-/// 1 over the greatest albedo, over directions, of `(n·wi)(n·wo)/π` averaged over a segment; 1 where
-/// no point may reflect more than it receives.
-fn yarn_normal_scale(yarn: &Yarn, is_straight: bool, cloth: &Cloth) -> f64 {
-    if cloth.normalization == Mode::Pointwise {
-        return 1.0;
+/// The scales of the diffuse of yarns by their normals, each found once.
+struct NormalScales<'a> {
+    cloth: &'a Cloth,
+    known: RefCell<Vec<(Optics<f64>, f64)>>,
+}
+
+impl<'a> NormalScales<'a> {
+    fn new(cloth: &'a Cloth) -> Self {
+        Self { cloth, known: RefCell::default() }
     }
-    let optics = Optics::<f64>::new(yarn, is_straight, cloth.mapping);
+
+    /// That of `yarn`; 1 where no point may reflect more than it receives.
+    fn of(&self, yarn: &Yarn, is_straight: bool) -> f64 {
+        if self.cloth.normalization == Mode::Pointwise {
+            return 1.0;
+        }
+        let optics = Optics::new(yarn, is_straight, self.cloth.mapping);
+        let mut known = self.known.borrow_mut();
+        if let Some((_, scale)) = known.iter().find(|(of, _)| *of == optics) {
+            return *scale;
+        }
+        let scale = normal_scale(&optics);
+        known.push((optics, scale));
+        scale
+    }
+}
+
+/// 1 over the greatest albedo, over directions, of `(n·wi)(n·wo)/π` averaged over a segment.
+fn normal_scale(optics: &Optics<f64>) -> f64 {
     let side = 24;
     let at = |k: usize| 2.0 * (k as f64 + 0.5) / side as f64 - 1.0;
     let points: Vec<(Vector<f64>, f64)> = (0..side * side)

@@ -27,6 +27,7 @@ pub(crate) struct Varying {
 pub(crate) struct Types {
     seed: u64,
     all: Vec<Varying>,
+    mean_sizes: Vec<f64>,
     /// Whether all of them are the same.
     are_alike: bool,
     are_long: bool,
@@ -106,7 +107,12 @@ impl Types {
         let are_alike = all.windows(2).all(|two| two[0] == two[1]);
         let steps = all.iter().flat_map(|of| [of.waves_per_cell, of.slubs_per_cell]).flatten();
         let are_long = steps.fold(0.0, f64::max) < MOST_STEPS;
-        Self { seed, all, are_alike, are_long }
+        let mut mean_sizes = Vec::<f64>::new();
+        for (index, varying) in all.iter().enumerate() {
+            let known = all[..index].iter().position(|other| other == varying);
+            mean_sizes.push(known.map_or_else(|| varying.mean_size(seed), |k| mean_sizes[k]));
+        }
+        Self { seed, all, mean_sizes, are_alike, are_long }
     }
 
     /// Whether sixteen points at a time are as exact as one.
@@ -116,12 +122,12 @@ impl Types {
 
     /// Their memory, in bytes.
     pub(crate) fn bytes(&self) -> usize {
-        size_of_val(self.all.as_slice())
+        size_of_val(self.all.as_slice()) + size_of_val(self.mean_sizes.as_slice())
     }
 
     /// The mean diameter over pitch of each.
-    pub(crate) fn mean_sizes(&self) -> Vec<f64> {
-        self.all.iter().map(|varying| varying.mean_size(self.seed)).collect()
+    pub(crate) fn mean_sizes(&self) -> &[f64] {
+        &self.mean_sizes
     }
 
     /// The greatest diameter over pitch of the type of this index, at most.

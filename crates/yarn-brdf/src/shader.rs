@@ -191,7 +191,7 @@ impl Shader {
             far: Far::default(),
             level: Level::new(),
         };
-        shader.far = Far::new(&shader);
+        shader.far = Far::new(&shader, tables.is_sketch);
         Ok(Some(shader))
     }
 

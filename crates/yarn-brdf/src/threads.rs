@@ -100,7 +100,7 @@ impl Threads {
         match &self.fill {
             Fill::Touching => vec![1.0; types],
             Fill::Constant(sizes) => sizes.clone(),
-            Fill::Varying(types) => types.mean_sizes(),
+            Fill::Varying(types) => types.mean_sizes().to_vec(),
         }
     }
 

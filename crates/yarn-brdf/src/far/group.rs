@@ -16,7 +16,7 @@ use crate::yarn::Yarn;
 
 use super::Footprint;
 use super::classes::Class;
-use super::rule::Rule;
+use super::rule::{Rule, Rules};
 use super::sample::{Trapezium, lit};
 
 /// Classes that share everything but type of yarn, w/l and factor.
@@ -171,11 +171,12 @@ impl Tinted {
 }
 
 impl Shader {
-    /// The groups of `classes`; those that are `known` lend them their rules, which take long to find.
-    pub(super) fn groups(&self, classes: &[Class], known: &[Group]) -> Vec<Group> {
+    /// The groups of `classes`, with the rules that `rules` finds; those that are `known` lend them theirs, which may take
+    /// long to find.
+    pub(super) fn groups(&self, classes: &[Class], known: &[Group], rules: Rules) -> Vec<Group> {
         let mut groups = Vec::new();
         for class in classes {
-            self.add_class(class, &mut groups, known);
+            self.add_class(class, &mut groups, known, rules);
         }
         groups
     }
@@ -237,7 +238,7 @@ impl Shader {
     }
 
     /// Adds a class to the group that it is of, or to one for each of the shapes that it has.
-    fn add_class(&self, class: &Class, groups: &mut Vec<Group>, known: &[Group]) {
+    fn add_class(&self, class: &Class, groups: &mut Vec<Group>, known: &[Group], rules: Rules) {
         let yarn = usize::from(class.yarn);
         let kind = &self.materials.kinds[yarn];
         let piece = self.materials.single[yarn].piece(class.is_straight, class.ratio);
@@ -260,10 +261,10 @@ impl Shader {
             let index = found.unwrap_or_else(|| {
                 let mut all = groups.iter().chain(known);
                 let alike = all.find(|group| group.piece.optics == piece.optics);
-                let rules = alike.map(|group| group.rules.clone());
+                let lent = alike.map(|group| group.rules.clone());
                 groups.push(Group {
                     is_warp: class.is_warp,
-                    rules: rules.unwrap_or_else(|| Rule::resolving(self.level, &piece.optics)),
+                    rules: lent.unwrap_or_else(|| rules(self.level, &piece.optics)),
                     inclinations: Trapezium::of(&piece.optics),
                     normals: normals(&piece.optics),
                     piece,

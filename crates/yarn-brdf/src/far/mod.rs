@@ -36,7 +36,7 @@ use crate::weave::Side;
 use diffuse::Along;
 use group::Group;
 use level::Transition;
-use rule::{Row, grazes};
+use rule::{Row, Rule, Rules, grazes};
 
 /// A part of the cloth that is seen as one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -73,9 +73,11 @@ pub(crate) struct Far {
 }
 
 impl Far {
-    pub(crate) fn new(shader: &Shader) -> Self {
-        let face = shader.groups(&shader.classes(Side::Face), &[]);
-        let back = shader.groups(&shader.classes(Side::Back), &face);
+    /// That of `shader`; if `is_sketch`, by rules that nobody has tried.
+    pub(crate) fn new(shader: &Shader, is_sketch: bool) -> Self {
+        let rules: Rules = if is_sketch { Rule::usual } else { Rule::resolving };
+        let face = shader.groups(&shader.classes(Side::Face), &[], rules);
+        let back = shader.groups(&shader.classes(Side::Back), &face, rules);
         Self { sides: [face, back], along: Along::default(), transition: shader.transition() }
     }
 

@@ -27,6 +27,9 @@ pub(super) struct Rule {
     pub(super) section: Vec<[Row; 2]>,
 }
 
+/// What finds rules for a yarn: for pairs of directions that are both steep, and for those that are not.
+pub(super) type Rules = fn(Level, &Optics<f32>) -> [Rule; 2];
+
 impl Rule {
     /// `arc` nodes, a multiple of the lanes or a part of them, and for each as many around the section
     /// as `section` tells at least.
@@ -69,13 +72,7 @@ impl Rule {
     ///
     /// The yardstick is a rule of many nodes.
     pub(super) fn resolving(level: Level, optics: &Optics<f32>) -> [Self; 2] {
-        let rules = match optics.spread {
-            Spread::Staple { .. } | Spread::Filament { .. } => DRAWN.as_slice(),
-            // A straight yarn has one inclination.
-            Spread::Rough { .. } if optics.u_max == 0.0 => STRAIGHT.as_slice(),
-            Spread::Rough { .. } => ROUGH.as_slice(),
-        };
-        let (&[arc, section], rest) = rules.split_last().expect("there are some rules");
+        let (&[arc, section], rest) = tried(optics).split_last().expect("there are some rules");
         let finest = Self::new(arc, section);
         let rest: Vec<Self> = rest.iter().map(|&[arc, section]| Self::new(arc, section)).collect();
         let pairs = Halton::<4>::new().points_from(NonZeroU32::MIN).flat_map(|[a, b, c, d]| {
@@ -104,6 +101,13 @@ impl Rule {
         })
     }
 
+    /// Rules of as many nodes as most yarns like that of `optics` need, untried: in a hundredth of the time.
+    pub(super) fn usual(_: Level, optics: &Optics<f32>) -> [Self; 2] {
+        let rules = tried(optics);
+        let [arc, section] = rules[rules.len() / 2];
+        [(); 2].map(|()| Self::new(arc, section))
+    }
+
     /// The mean highlight of long white segments for a pair of directions.
     fn of_pair(&self, level: Level, optics: &Optics<f32>, [wi, wo]: [Vector<f32>; 2]) -> f32 {
         dispatch!(level, simd => {
@@ -129,6 +133,16 @@ const PAIRS: usize = 400;
 /// The errors that nine tenths of the pairs and all of them have at most.
 const TYPICAL: f32 = 1e-3;
 const WORST: f32 = 3e-3;
+
+/// The numbers of nodes that are tried for `optics`, from few to many.
+fn tried(optics: &Optics<f32>) -> &'static [[usize; 2]] {
+    match optics.spread {
+        Spread::Staple { .. } | Spread::Filament { .. } => &DRAWN,
+        // A straight yarn has one inclination.
+        Spread::Rough { .. } if optics.u_max == 0.0 => &STRAIGHT,
+        Spread::Rough { .. } => &ROUGH,
+    }
+}
 
 /// Nodes along the arc (around the section of filaments), and around the section, by their number.
 const DRAWN: [[usize; 2]; 6] = [[16, 1], [32, 1], [48, 1], [64, 1], [96, 1], [512, 1]];
